@@ -186,25 +186,24 @@ HELD = 5
 
 
 @contextmanager
-def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[str]:
+def stopped(start_server: Any, **settings: float) -> Iterator[tuple[Server, httpx.Client, Path, str]]:
     """A session that had gone back by five frames when its worker was killed; its next one is held."""
-    session = begin(client)["id"]
-    steer(client, session, "seek", frame=FAR)
-    steer(client, session, "seek", frame=FAR - 5)
-    kill(server, client, session)
-    allow(data / "data", HELD)
-    yield session
-    client.delete(f"/api/v1/sessions/{session}")
+    with start_server(**settings) as (server, client):
+        data = server.app.state.services.settings.data_dir
+        session = begin(client)["id"]
+        steer(client, session, "seek", frame=FAR)
+        steer(client, session, "seek", frame=FAR - 5)
+        kill(server, client, session)
+        allow(data, HELD)
+        yield server, client, data, session
+        client.delete(f"/api/v1/sessions/{session}")
 
 
 @pytest.mark.usefixtures("impatient", "server", "held")
 class TestResuming:
-    def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
+    def test_it_takes_as_long_as_it_takes(self, start_server: Any) -> None:
         """A run that needs longer than a start is allowed to take resumes, and reports its progress meanwhile."""
-        with (
-            start_server(start_seconds=2, hang_seconds=5) as (server, client),
-            stopped(server, client, tmp_path) as session,
-        ):
+        with stopped(start_server, start_seconds=2, hang_seconds=5) as (server, client, data, session):
             before = diagnostics(client, session)
             resumed = resume(client, session)
             begun = time.monotonic()
@@ -215,7 +214,7 @@ class TestResuming:
                 hear(socket)
                 told = []
                 for frames in [*range(HELD + 1, HELD + 7), FAR]:
-                    allow(tmp_path / "data", frames)
+                    allow(data, frames)
                     while not told or told[-1] < frames:
                         told += [hear(socket).get("session", {}).get("computed", 0)]
             computed = [frame for frame in told if frame > 0]
@@ -226,32 +225,28 @@ class TestResuming:
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
             assert diagnostics(client, session) == before
 
-    def test_it_can_be_interrupted(self, start_server: Any, tmp_path: Path) -> None:
+    def test_it_can_be_interrupted(self, start_server: Any) -> None:
         """A killed worker keeps the goal, a pause stops at the present frame, and a deleted session ends its worker."""
-        with start_server() as (server, client), stopped(server, client, tmp_path) as session:
+        with stopped(start_server) as (server, client, data, session):
             assert resume(client, session)["goal"] == FAR
             kill(server, client, session)
             assert resume(client, session)["goal"] == FAR
             paused = steer(client, session, "pause")
             assert paused["goal"] is None
             assert paused["position"] == paused["computed"] <= HELD
-            allow(tmp_path / "data")
+            allow(data)
             assert steer(client, session, "step")["position"] == paused["position"] + 1
             steer(client, session, "seek", frame=FAR)
             kill(server, client, session)
-            allow(tmp_path / "data", HELD)
+            allow(data, HELD)
             assert resume(client, session)["goal"] == FAR
             pid = server.pid_of(session)
             assert client.delete(f"/api/v1/sessions/{session}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
 
-    def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
+    def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any) -> None:
         """It changes the frame to show at the end; a speed interrupts nothing. All known frames are computed again."""
-        with (
-            start_server() as (server, client),
-            stopped(server, client, tmp_path) as session,
-            ThreadPoolExecutor(2) as pool,
-        ):
+        with stopped(start_server) as (_, client, data, session), ThreadPoolExecutor(2) as pool:
             assert resume(client, session)["goal"] == FAR
             assert steer(client, session, "speed", speed=2)["goal"] == FAR
             first = pool.submit(steer, client, session, "step")
@@ -259,7 +254,7 @@ class TestResuming:
             second = pool.submit(steer, client, session, "seek", frame=2)
             assert first.result()["goal"] == FAR
             wait_for(lambda: get(client, session)["goal_position"] == 2)
-            allow(tmp_path / "data")
+            allow(data)
             arrived = second.result()
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
 
