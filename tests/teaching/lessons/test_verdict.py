@@ -18,19 +18,14 @@ LARGE = HALVED.model_copy(update={"bounds": (0, 1e9)})
 COLOUR = Question(text="Which is it?", kind="choice", words="So it is.", choices={"a": "the first", "b": "the second"})
 
 
-@pytest.mark.parametrize(("given", "right"), [(2, True), (2.1, True), (1.9, True), (2.11, False), (-0.0, False)])
-def test_a_number_is_right_within_the_tolerance(given: float, right: bool) -> None:
-    """The tolerance includes its bounds."""
-    verdict = judge(HALVED, Answer(2.0), given)
-    assert verdict.right is right
-    assert verdict.words[-1] == HALVED.words
-
-
 def test_a_verdict_has_the_right_answer() -> None:
     """It quotes the words of both choices, or the exact number, without decimals if it is large.
 
-    A usual mistake gets its explanation, any other does not.
+    The tolerance includes its bounds. A usual mistake gets its explanation, any other does not.
     """
+    verdicts = [judge(HALVED, Answer(2.0), given) for given in (2, 2.1, 1.9, 2.11, -0.0)]
+    assert [it.right for it in verdicts] == [True, True, True, False, False]
+    assert {it.words[-1] for it in verdicts} == {HALVED.words}
     assert HALVED.mistakes[0].words in judge(HALVED, Answer(2.0), 4.0).words
     assert HALVED.mistakes[0].words not in judge(HALVED, Answer(2.0), 9.0).words
     assert judge(COLOUR, Answer("b"), "b").words[0] == "Right."
