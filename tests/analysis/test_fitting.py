@@ -67,7 +67,7 @@ def test_the_noise_of_a_linear_model_is_found() -> None:
     ("run", "names"),
     [
         (lambda: signal(assumed_noise_sd=0.4), ("process_noise_sd", "assumed_noise_sd")),
-        (lambda: pftrack.run("ball", tracker="kalman", frames=81), ("process_noise_px", "measurement_noise_px")),
+        (lambda: pftrack.run("ball", tracker="kalman", frames=61), ("process_noise_px", "measurement_noise_px")),
     ],
     ids=["signal", "ball"],
 )
@@ -101,7 +101,7 @@ def test_what_is_measured_is_not_fitted() -> None:
 
 def test_particles_are_fitted_with_common_random_numbers() -> None:
     """What is found is near the exact answer."""
-    found = fit(signal("condensation", sample_count=200, assumed_noise_sd=0.3), ["assumed_noise_sd"])
+    found = fit(signal("condensation", sample_count=200, assumed_noise_sd=0.3, frames=121), ["assumed_noise_sd"])
     assert found.seeds > 1
     assert found.kept
     assert found.numbers[0].after == pytest.approx(TRUE_SD, rel=0.15)
@@ -121,7 +121,7 @@ def test_motion_is_fitted_where_a_likelihood_lacks_a_constant() -> None:
     ("tracker", "frames", "values", "name", "most"),
     [
         ("guided", 61, {"diffusion_scale": 6, "sample_count": 300}, "diffusion_scale", 3),
-        ("condensation", 81, {"red_spread": 0.5}, "red_spread", 0.1),
+        ("condensation", 81, {"red_spread": 0.5, "sample_count": 200}, "red_spread", 0.1),
     ],
 )
 def test_learned_motion_and_sharpness_are_fitted(

@@ -140,7 +140,8 @@ def run_of(preset: Preset, frames: int | None = None) -> Run:
 @pytest.mark.parametrize("preset", EXPERIMENT.presets, ids=lambda preset: preset.name)
 def test_presets_do_what_they_say(preset: Preset) -> None:
     """What works ends in success, what is worse or breaks does not; only mirrored depth is an error as a solid."""
-    run = run_of(preset, None if preset.title.startswith("works") else 80)
+    lengths = {"works": None, "person": 140, "flat": 140}
+    run = run_of(preset, lengths.get(preset.name, 80))
     if preset.name == "mirror":
         mirrored = [row.series["mirrored"] for row in run.diagnostics[30:]]
         assert np.mean(mirrored) > 0.5
