@@ -13,6 +13,9 @@ import pytest
 
 from pftrack.analysis import counterfactuals
 from tests.installing import ROOT
+from tests.pooling import fork_server, shared_fork_server
+
+__all__ = ["fork_server", "shared_fork_server"]
 
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
