@@ -11,7 +11,7 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.browser.class_room import lead
+from tests.browser.class_room import STILL, lead, listen
 from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, SessionPage
@@ -54,14 +54,13 @@ def behind(tmp_path_factory: pytest.TempPathFactory, server: Server, beside_othe
 @pytest.fixture
 def secure(chromium: Any, behind: Behind, beside_others: Server) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
-    context = chromium.new_context(base_url=f"{behind.taken_off}/", color_scheme="light")
+    context = chromium.new_context(base_url=f"{behind.taken_off}/", color_scheme="light", **STILL)
     context.set_default_timeout(60_000)
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)
     page = context.new_page()
     errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    listen(page, errors.append)
     page.on("response", lambda answer: errors.append(f"{answer.status} {answer.url}") if answer.status >= 400 else None)
     page.goto(f"./?{urlencode({'token': TOKEN})}")
     yield page

@@ -11,6 +11,7 @@ from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons import figure as model
 from pftrack.teaching.lessons.figure import Figure, Panel
 from tests.browser.accessible import check
+from tests.browser.conftest import LINKS
 from tests.browser.host import Server
 from tests.browser.views import View
 
@@ -25,9 +26,7 @@ CURVES, PLANE, DENSITY = (figure_of(lesson) for lesson in ("bayes", "joint", "pr
 PRIOR, _, POSTERIOR = CURVES.panels
 (HEAT,) = (panel for panel in PLANE.panels if panel.id == "map")
 
-BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
-<link rel="stylesheet" href="static/shared/style.css">
-<link rel="stylesheet" href="static/shared/figure/figure.css"></head>
+BARE = f"""<head><title>Figures</title>{LINKS}</head>
 <body><header class="visually-hidden"><h1>Lesson</h1><h2>Figures</h2></header>
 <main style="height: 560px"></main></body>"""
 
