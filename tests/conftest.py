@@ -62,7 +62,6 @@ FRUGAL = f"""(() => {{{FEW_PIXELS}}})();
 (() => {{
     const draw = window.requestAnimationFrame.bind(window), cancel = window.cancelAnimationFrame.bind(window);
     const begun = new Map();  // what waits: its timer first, then its picture
-    const pause = location.pathname.includes('/viz/') ? 250 : 100;  // a scene draws everything each time
     let last = 0;
     window.requestAnimationFrame = (callback) => {{
         const id = (last += 1);
@@ -78,7 +77,7 @@ FRUGAL = f"""(() => {{{FEW_PIXELS}}})();
         begun.delete(id);
     }};
 }})();"""
-"""Beside that, has a page draw some ten pictures a second, a scene four, as a slow machine does: each is paid for."""
+"""Beside that, has a page draw some ten pictures a second, as a slow machine does: each is paid for."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
