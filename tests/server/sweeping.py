@@ -75,6 +75,12 @@ def drivers(server: int) -> list[psutil.Process]:
 COMPUTE = functions.compute
 
 
+def compute_unmeasured(out: Path, jobs: int, *recording: Any) -> None:
+    """What a process does that cuts its sweep into chunks without half a second of runs that are measured."""
+    driving.measure = measured_at_once
+    COMPUTE(out, jobs, *recording)
+
+
 def compute_by_permission(out: Path, jobs: int, *recording: Any) -> None:
     """What a process does that stands still in the middle of a sweep, until it is allowed to go on.
 
@@ -82,13 +88,12 @@ def compute_by_permission(out: Path, jobs: int, *recording: Any) -> None:
     until `allow` is called. A sweep that stands still can be looked at, cancelled or killed at any speed of a machine.
     """
     driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
-    driving.measure = measured_at_once
     driving.compute_chunk = partial(computed_by_permission, out)  # type: ignore[attr-defined]
-    COMPUTE(out, jobs, *recording)
+    compute_unmeasured(out, jobs, *recording)
 
 
 def measured_at_once(*_: Any) -> float:
-    """Return about how long a run takes, s, which half a second of runs would measure."""
+    """Return about how long a run takes, s."""
     return 0.005
 
 

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from pftrack_server.sweeps import sweep
+from pftrack_server.sweeps import functions, sweep
 from tests.server.host import Server, begin
+from tests.server.sweeping import compute_unmeasured
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -16,9 +17,10 @@ def loaded(server: Server) -> None:
         client.delete(f"/api/v1/sessions/{begin(client)['id']}")
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def awaited() -> Iterator[None]:
-    """Have sweeps compete as equals: on a busy machine a test would wait for minutes, and asking takes time as well."""
+    """Have sweeps begin at once and compete as equals: on a busy machine a test would wait for minutes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sweep, "NICENESS", 0)
+        patch.setattr(functions, "compute", compute_unmeasured)
         yield
