@@ -32,7 +32,7 @@ def _as_alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
     monkeypatch.syspath_prepend(FOLDER)
-    every = counterfactuals.alternatives  # of which what-if tries a few
+    every = counterfactuals.alternatives  # what-if tries a few of them
     monkeypatch.setattr(counterfactuals, "alternatives", lambda *given, **allow: every(*given, **allow)[:3])
     threads = cv2.getNumThreads()
     yield
