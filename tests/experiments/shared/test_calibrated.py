@@ -172,7 +172,7 @@ def test_extreme_parameters_give_finite_estimates(name: str) -> None:
             continue
         for value in extremes(declared):
             values = {declared.name: value}
-            run = trunk.branch(2, values) if declared.live else begun(name, 3, **values)
+            run = trunk.branch(2, values) if declared.live else begun(name, 2, **values)
             row = run.finish().diagnostics
             assert np.isfinite([*row.estimate, *row.sigma]).all(), values
             json.dumps(row.as_dict(), allow_nan=False)
