@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import gc
 import os
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -17,8 +16,7 @@ import numba
 import psutil
 import pytest
 
-from pftrack.core.numerics.compiled import FUNCTIONS
-from pftrack.doctor.compiling import cases, run_case
+from pftrack.doctor.compiling import run_case
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import BlockingEnd, ForkServer
 from pftrack.process.child import pair
@@ -35,6 +33,7 @@ from tests.apart import run
 from tests.process.children import leave_another
 from tests.process.test_fork_server import has_ended
 from tests.server.host import Server
+from tests.server.loading import tell_loaded
 from tests.server.sessions.test_run_tree import config
 from tests.waiting import wait_for
 
@@ -204,17 +203,6 @@ def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
     """Otherwise its first full collection copies the pages of everything that was preloaded."""
     frozen = run(ChildTasks(Queues()).run(gc.get_freeze_count))
     assert frozen > 100_000
-
-
-def tell_loaded(end: socket.socket, name: str) -> None:
-    """Tell which compiled functions a child has at first, and which it loads for an experiment as it is by default."""
-    at_first = loaded()
-    run_case(EXPERIMENTS[name], *next(cases(EXPERIMENTS[name])))
-    BlockingEnd(end).send((at_first, loaded() - at_first))
-
-
-def loaded() -> set[str]:
-    return {f"{function}{types}" for function in FUNCTIONS for types in function.signatures}
 
 
 def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:
