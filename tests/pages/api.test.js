@@ -12,20 +12,16 @@ describe("the address of a request", () => {
   for (const [what, route, parameters, address] of [
     ["encodes path parameters, which leave the query", "GET uploads/{upload}/truth", { upload: "a/b", experiment: "ball" }, "uploads/a%2Fb/truth?experiment=ball"],
     ["has an empty text, and neither undefined nor null", "GET work", { q: "", show: null, limit: undefined }, "work?q="],
-  ]) {
-    it(what, () => assert.equal(addressOf(route, parameters), `api/v1/${address}`));
-  }
+  ]) it(what, () => assert.equal(addressOf(route, parameters), `api/v1/${address}`));
 
   it("is refused where a path parameter would change the route", () => {
     for (const session of ["", ".", ".."]) assert.throws(() => addressOf("GET sessions/{session}", { session }), /Not a valid session/);
   });
 });
 
-describe("a request", () => {
-  it("says in words that the connection broke in the middle of the answer", async () => {
-    globalThis.fetch = async () => new Response(new ReadableStream({ start: (controller) => controller.error(new TypeError("network error")) }));
-    await assert.rejects(request("GET runs"), /The server does not answer/);
-  });
+it("a request says in words that the connection broke in the middle of the answer", async () => {
+  globalThis.fetch = async () => new Response(new ReadableStream({ start: (controller) => controller.error(new TypeError("network error")) }));
+  await assert.rejects(request("GET runs"), /The server does not answer/);
 });
 
 describe("an experiment that has to be compiled first", () => {
@@ -40,9 +36,7 @@ describe("an experiment that has to be compiled first", () => {
   const begin = (refusals, tell = () => {}) =>
     whenCompiled("ball", () => ((tries += 1) <= refusals ? request("GET sessions") : Promise.resolve("begun")), tell, end.signal);
 
-  it("is begun again when it became ready just after the server had refused it", async () => {
-    assert.equal(await begin(1), "begun");
-  });
+  it("is begun again when it became ready just after the server had refused it", async () => assert.equal(await begin(1), "begun"));
 
   it("is refused for another reason if it is ready and refused all the same", async () => {
     await assert.rejects(begin(Infinity), /not ready/);

@@ -12,15 +12,13 @@ const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };
 const near = (one, other, tolerance = 1e-9) => assert.ok(Math.abs(one - other) <= tolerance, `${one} is not ${other}`);
 
-describe("the scale of an axis", () => {
-  it("leads from a value to its place and back", () => {
-    for (const [axis, values] of [[AXIS, [0, 2.5, 10]], [LOG, [10, 317, 10_000]], [{ ...AXIS, low: 5, high: -5 }, [5, 0, -5]]]) {
-      const scale = new Scale(axis, 300, 40);
-      for (const value of values) near(scale.value(scale.at(value)), value, 1e-9 * Math.max(1, Math.abs(value)));
-      assert.equal(scale.at(axis.low), 300);
-      near(scale.at(axis.high), 40);
-    }
-  });
+it("the scale of an axis leads from a value to its place and back", () => {
+  for (const [axis, values] of [[AXIS, [0, 2.5, 10]], [LOG, [10, 317, 10_000]], [{ ...AXIS, low: 5, high: -5 }, [5, 0, -5]]]) {
+    const scale = new Scale(axis, 300, 40);
+    for (const value of values) near(scale.value(scale.at(value)), value, 1e-9 * Math.max(1, Math.abs(value)));
+    assert.equal(scale.at(axis.low), 300);
+    near(scale.at(axis.high), 40);
+  }
 });
 
 describe("the numbers of an axis", () => {
@@ -44,25 +42,21 @@ describe("the numbers of an axis", () => {
     ["leave out powers of ten where these are many", { ...LOG, low: 1e-9, high: 1 }, 4, ["10⁻⁹", "10⁻⁶", "0.001", "1"]],
     ["are names where the axis has names", { ...AXIS, low: -0.5, high: 1.5, names: ["on", "off", "beyond"] }, 2, ["on", "off"]],
     ["are none where the axis hides them", { ...AXIS, hidden: true }, 9, []],
-  ]) {
-    it(what, () => assert.deepEqual(ticksOf(axis, most).map(({ text }) => text), wanted));
-  }
+  ]) it(what, () => assert.deepEqual(ticksOf(axis, most).map(({ text }) => text), wanted));
 
   it("are written with a power of ten where they are very large or small", () => {
     assert.deepEqual([0, -2.5, 3.2e-7, -1e8, 123456].map((value) => written(value)), ["0", "−2.5", "3.2×10⁻⁷", "−10⁸", "123,456"]);
   });
 });
 
-describe("words of a figure", () => {
-  it("give a value as finely as its axis shows it, with its unit", () => {
-    const places = { ...AXIS, names: ["0", "5", "10", "15"], low: -0.5, high: 3.5 };
-    for (const [axis, value, words] of [
-      [AXIS, 4.4, "4.40 m"], [{ ...AXIS, unit: "", high: 0.3 }, 0.12345, "0.1235"], [{ ...LOG, unit: "" }, 1234.5, "1,235"],
-      [{ ...AXIS, names: ["on", "off"] }, 1.2, "off"], [places, 3.5, "15"], [places, -0.5, "0"],
-    ]) assert.equal(valueOn(axis, value), words);
-    assert.deepEqual([1, 0.5, 0.25, 1 / 3].map((step) => valueOn(AXIS, 4, step)), ["4 m", "4.0 m", "4.00 m", "4.00 m"]);
-    assert.deepEqual([named(AXIS, 1), titled({ ...AXIS, title: "" })], ["position 1.00 m", "m"]);
-  });
+it("words of a figure give a value as finely as its axis shows it, with its unit", () => {
+  const places = { ...AXIS, names: ["0", "5", "10", "15"], low: -0.5, high: 3.5 };
+  for (const [axis, value, words] of [
+    [AXIS, 4.4, "4.40 m"], [{ ...AXIS, unit: "", high: 0.3 }, 0.12345, "0.1235"], [{ ...LOG, unit: "" }, 1234.5, "1,235"],
+    [{ ...AXIS, names: ["on", "off"] }, 1.2, "off"], [places, 3.5, "15"], [places, -0.5, "0"],
+  ]) assert.equal(valueOn(axis, value), words);
+  assert.deepEqual([1, 0.5, 0.25, 1 / 3].map((step) => valueOn(AXIS, 4, step)), ["4 m", "4.0 m", "4.00 m", "4.00 m"]);
+  assert.deepEqual([named(AXIS, 1), titled({ ...AXIS, title: "" })], ["position 1.00 m", "m"]);
 });
 
 describe("the box of a panel", () => {
@@ -126,35 +120,25 @@ describe("what a pointer is at", () => {
   });
 });
 
-describe("a handle", () => {
-  it("takes the values of its parameter that are on the axis, or all of it in small steps, by shares on a logarithmic one", () => {
-    const [known, unknown, { log, step }] = [boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 }), boundsOf(AXIS), boundsOf(LOG)];
-    near(known.low, 0.2);
-    assert.deepEqual([known.high, unknown.low, unknown.high, unknown.log], [8, 0, 10, false]);
-    assert.ok(unknown.step <= 0.05);
-    assert.ok(log && step > 0 && 10 ** step < 1.05);
-  });
+it("a handle takes the values of its parameter that are on the axis, or all of it in small steps, by shares on a logarithmic one", () => {
+  const [known, unknown, { log, step }] = [boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 }), boundsOf(AXIS), boundsOf(LOG)];
+  near(known.low, 0.2);
+  assert.deepEqual([known.high, unknown.low, unknown.high, unknown.log], [8, 0, 10, false]);
+  assert.ok(unknown.step <= 0.05);
+  assert.ok(log && step > 0 && 10 ** step < 1.05);
 });
 
 /** What is drawn as the spans of x that its pieces reach over. */
 class Pieces {
   spans = [];
 
-  moveTo(x) {
-    this.spans.push([x, x]);
-  }
-
-  lineTo(x) {
-    const span = this.spans.at(-1);
-    span[0] = Math.min(span[0], x);
-    span[1] = Math.max(span[1], x);
-  }
-
-  rect(x, _, width) {
-    this.spans.push([x, x + width]);
-  }
-
-  closePath() {}
+  moveTo = (x) => this.spans.push([x, x]);
+  rect = (x, _, width) => this.spans.push([x, x + width]);
+  closePath = () => {};
+  lineTo = (x) => {
+    const [low, high] = this.spans.pop();
+    this.spans.push([Math.min(low, x), Math.max(high, x)]);
+  };
 }
 
 describe("a curve with gaps", () => {

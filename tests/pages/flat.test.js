@@ -25,11 +25,9 @@ describe("layers", () => {
   });
 });
 
-describe("places on the canvas", () => {
-  it("count from the centre of the first pixel, end far outside, and are none where there is no number", () => {
-    const given = [[0, 1], [-0.5, 3], [319.5, 2], [1e9, 1], [-Infinity, 1], [NaN, 1]];
-    assert.deepEqual(given.map(([value, scale]) => placed(value, scale)), [0.5, 0, 640, 30_000, -30_000, NaN]);
-  });
+it("places on the canvas count from the centre of the first pixel, end far outside, and are none where there is no number", () => {
+  const given = [[0, 1], [-0.5, 3], [319.5, 2], [1e9, 1], [-Infinity, 1], [NaN, 1]];
+  assert.deepEqual(given.map(([value, scale]) => placed(value, scale)), [0.5, 0, 640, 30_000, -30_000, NaN]);
 });
 
 describe("the name of what a pointer is at", () => {
@@ -44,7 +42,5 @@ describe("the name of what a pointer is at", () => {
   for (const [what, cases] of [
     ["is that of the nearest point which has one", [[101, 51, 1, "left eye, inner corner"], [105, 49, 1, "left eye"], [200, 50, 1, ""], [0, 0, 1, ""]]],
     ["reaches as far on the page, however large the picture", [[108, 50, 1, "left eye"], [108, 50, 4, ""], [120, 50, 0.5, "left eye"]]],
-  ]) {
-    it(what, () => assert.deepEqual(cases.map(([x, y, scale]) => nameAt(items, x, y, scale)), cases.map(([, , , name]) => name)));
-  }
+  ]) it(what, () => assert.deepEqual(cases.map(([x, y, scale]) => nameAt(items, x, y, scale)), cases.map(([, , , name]) => name)));
 });

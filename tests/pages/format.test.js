@@ -34,9 +34,7 @@ const TABLE = {
 
 describe("as a person reads them", () => {
   for (const [name, [written, cases]] of Object.entries(TABLE)) {
-    it(name, () => {
-      assert.deepEqual(cases.map(([given]) => written(...given)), cases.map(([, words]) => words));
-    });
+    it(name, () => assert.deepEqual(cases.map(([given]) => written(...given)), cases.map(([, words]) => words)));
   }
 
   it("times name the day only if it is another one", () => {

@@ -92,9 +92,7 @@ describe("the verdict on a frame", () => {
     ["both", {}, { ...held, ...searching }, "held (by truth), looking for the window (by the tracker)"],
     ["nobody", {}, {}, "truth not known"],
   ]) {
-    it(`is that of ${source}: ${said}`, () => {
-      assert.equal(state(filled(4, (frame) => ({ ...UNKNOWN, ...(frame < 3 ? before : now) })), session)[0], said);
-    });
+    it(`is that of ${source}: ${said}`, () => assert.equal(state(filled(4, (frame) => ({ ...UNKNOWN, ...(frame < 3 ? before : now) })), session)[0], said));
   }
 
   it("tells of what was found again for a second of the run", () => {

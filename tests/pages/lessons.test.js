@@ -71,12 +71,10 @@ describe("progress", () => {
   });
 });
 
-describe("words", () => {
-  it("tell whether a number is as close as it should be, without a tick as well", () => {
-    const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
-    for (const [more, words] of [
-      [{}, "exact 0.2861, within 0.011"], [{ within: false }, "exact 0.2861, more than 0.011 off"],
-      [{ tolerance: null, within: null }, "exact 0.2861"], [{ exact: null, within: null }, ""],
-    ]) assert.equal(beside({ ...number, ...more }), words);
-  });
+it("words tell whether a number is as close as it should be, without a tick as well", () => {
+  const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
+  for (const [more, words] of [
+    [{}, "exact 0.2861, within 0.011"], [{ within: false }, "exact 0.2861, more than 0.011 off"],
+    [{ tolerance: null, within: null }, "exact 0.2861"], [{ exact: null, within: null }, ""],
+  ]) assert.equal(beside({ ...number, ...more }), words);
 });

@@ -32,33 +32,27 @@ describe("a column", () => {
   });
 });
 
-describe("shades", () => {
-  it("lie where something held, with their word as long as it held anywhere", () => {
-    const hidden = shades("hidden", 0.2, (row) => row.hidden, { word: "hidden" });
-    const found = hidden(historyOf([1, 5, 6, 1]));
-    assert.deepEqual([found.title, found.intervals, hidden(historyOf([1])).title], ["hidden", [{ first: 0.5, last: 2.5 }], ""]);
-  });
+it("shades lie where something held, with their word as long as it held anywhere", () => {
+  const hidden = shades("hidden", 0.2, (row) => row.hidden, { word: "hidden" });
+  const found = hidden(historyOf([1, 5, 6, 1]));
+  assert.deepEqual([found.title, found.intervals, hidden(historyOf([1])).title], ["hidden", [{ first: 0.5, last: 2.5 }], ""]);
 });
 
-describe("limits", () => {
-  it("are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
-    for (const [low, high] of [[4.91083, 4.91083], [0, 0], [3.2, 3.3]]) {
-      for (const smallest of [0.001, 1]) {
-        const found = enclose([low, high], smallest);
-        assert.ok(found.low <= low && found.high >= high && found.high - found.low >= smallest - 1e-12);
-      }
+it("limits are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
+  for (const [low, high] of [[4.91083, 4.91083], [0, 0], [3.2, 3.3]]) {
+    for (const smallest of [0.001, 1]) {
+      const found = enclose([low, high], smallest);
+      assert.ok(found.low <= low && found.high >= high && found.high - found.low >= smallest - 1e-12);
     }
-    assert.deepEqual(enclose([12, 87], 1), { low: 10, high: 90 });
-  });
+  }
+  assert.deepEqual(enclose([12, 87], 1), { low: 10, high: 90 });
 });
 
-describe("zooming", () => {
-  it("keeps the frame under the pointer, and never leaves the run", () => {
-    assert.deepEqual(scaled([0, 100], 25, 0.5), [12.5, 62.5]);
-    assert.deepEqual([[-10, 40], [80, 130], [-10, 200]].map((range) => clamped(range, 100)), [[0, 50], [50, 100], null]);
-    const [first, last] = scaled([10, 12], 11, 0.01);
-    assert.equal(last - first, 4);
-  });
+it("zooming keeps the frame under the pointer, and never leaves the run", () => {
+  assert.deepEqual(scaled([0, 100], 25, 0.5), [12.5, 62.5]);
+  assert.deepEqual([[-10, 40], [80, 130], [-10, 200]].map((range) => clamped(range, 100)), [[0, 50], [50, 100], null]);
+  const [first, last] = scaled([10, 12], 11, 0.01);
+  assert.equal(last - first, 4);
 });
 
 describe("a kind of plot", () => {

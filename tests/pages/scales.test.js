@@ -38,9 +38,7 @@ describe("the ends of a scale", () => {
     ["round", [1, 2, null, 2.8], 3, ""],
     ["not moved by a few outliers", [...Array(99).fill(1.9), 500], 2, " or more"],
     ["1 where nothing is known", [null, null], 1, ""],
-  ]) {
-    it(`are ${what}`, () => assert.deepEqual(endOf({ isShare: false }, values), { most, words }));
-  }
+  ]) it(`are ${what}`, () => assert.deepEqual(endOf({ isShare: false }, values), { most, words }));
 });
 
 describe("a measure's scale", () => {

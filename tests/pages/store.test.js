@@ -49,16 +49,14 @@ describe("the store of a session", () => {
   });
 });
 
-describe("a session that one may only look at", () => {
-  it("is awake like any, and is asked for nothing", async (context) => {
-    const asked = context.mock.method(globalThis, "fetch", () => Promise.reject(new Error("nothing is asked for")));
-    const store = new Store({ readOnly: true });
-    store.receive(hello({ position: 10 }));
-    assert.deepEqual([store.isAwake, store.isSteerable], [true, false]);
-    const steering = new Steering(store, new AbortController().signal);
-    for (const [act, ...value] of [["toggle"], ["play"], ["newest"], ["beforeLoss"], ["seek", 2], ["step", 1], ["setSpeed", 2]]) await steering[act](...value);
-    await bookmark(store);
-    assert.equal(asked.mock.callCount(), 0);
-    assert.equal(store.known.speed, 1);
-  });
+it("a session that one may only look at is awake like any, and is asked for nothing", async (context) => {
+  const asked = context.mock.method(globalThis, "fetch", () => Promise.reject(new Error("nothing is asked for")));
+  const store = new Store({ readOnly: true });
+  store.receive(hello({ position: 10 }));
+  assert.deepEqual([store.isAwake, store.isSteerable], [true, false]);
+  const steering = new Steering(store, new AbortController().signal);
+  for (const [act, ...value] of [["toggle"], ["play"], ["newest"], ["beforeLoss"], ["seek", 2], ["step", 1], ["setSpeed", 2]]) await steering[act](...value);
+  await bookmark(store);
+  assert.equal(asked.mock.callCount(), 0);
+  assert.equal(store.known.speed, 1);
 });

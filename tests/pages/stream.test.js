@@ -21,22 +21,15 @@ class FakeSocket extends EventTarget {
     FakeSocket.made.push(this);
   }
 
-  send(text) {
-    this.sent.push(text);
-  }
-
-  close() {
-    this.isClosed = true;
-  }
+  send = (text) => this.sent.push(text);
+  close = () => (this.isClosed = true);
 
   opens() {
     this.readyState = FakeSocket.OPEN;
     this.dispatchEvent(new Event("open"));
   }
 
-  hears(data) {
-    this.dispatchEvent(Object.assign(new Event("message"), { data }));
-  }
+  hears = (data) => this.dispatchEvent(Object.assign(new Event("message"), { data }));
 
   ends(code = 1006) {
     this.readyState = 3;

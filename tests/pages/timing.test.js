@@ -4,39 +4,35 @@ import { describe, it, mock } from "node:test";
 import { ApiError } from "../../frontend_static/shared/api.js";
 import { after, later, NewestRequest, throttle } from "../../frontend_static/shared/timing.js";
 
-describe("a throttle", () => {
-  it("serves the last request and no more than one in a while, and leaves no timer behind when its signal ends it", (test) => {
-    test.mock.timers.enable({ apis: ["setTimeout"] });
-    const [work, end] = [mock.fn(), new AbortController()];
-    const ask = throttle(work, 100, end.signal);
-    for (const [times, served] of [[5, 1], [1, 2]]) {
-      for (let time = 0; time < times; time += 1) ask();
-      test.mock.timers.tick(1000);
-      assert.equal(work.mock.callCount(), served);
-    }
-    ask();
-    end.abort();
-    ask();
+it("a throttle serves the last request and no more than one in a while, and leaves no timer behind when its signal ends it", (test) => {
+  test.mock.timers.enable({ apis: ["setTimeout"] });
+  const [work, end] = [mock.fn(), new AbortController()];
+  const ask = throttle(work, 100, end.signal);
+  for (const [times, served] of [[5, 1], [1, 2]]) {
+    for (let time = 0; time < times; time += 1) ask();
     test.mock.timers.tick(1000);
-    assert.equal(work.mock.callCount(), 2);
-  });
+    assert.equal(work.mock.callCount(), served);
+  }
+  ask();
+  end.abort();
+  ask();
+  test.mock.timers.tick(1000);
+  assert.equal(work.mock.callCount(), 2);
 });
 
-describe("waiting", () => {
-  it("is ended by a signal, by itself, or by who asked for it", (test) => {
-    test.mock.timers.enable({ apis: ["setTimeout"] });
-    const [work, never, end] = [mock.fn(), mock.fn(), new AbortController()];
-    later(work, 10, end.signal);
-    later(work, 10)();
-    after(10, end.signal).then(never);
-    end.abort();
-    later(work, 10, end.signal);
-    test.mock.timers.tick(100);
-    assert.equal(work.mock.callCount(), 0);
-    later(work, 10);
-    test.mock.timers.tick(10);
-    assert.equal(work.mock.callCount(), 1);
-  });
+it("waiting is ended by a signal, by itself, or by who asked for it", (test) => {
+  test.mock.timers.enable({ apis: ["setTimeout"] });
+  const [work, never, end] = [mock.fn(), mock.fn(), new AbortController()];
+  later(work, 10, end.signal);
+  later(work, 10)();
+  after(10, end.signal).then(never);
+  end.abort();
+  later(work, 10, end.signal);
+  test.mock.timers.tick(100);
+  assert.equal(work.mock.callCount(), 0);
+  later(work, 10);
+  test.mock.timers.tick(10);
+  assert.equal(work.mock.callCount(), 1);
 });
 
 describe("what is asked for again and again", () => {
