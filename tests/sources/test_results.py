@@ -252,9 +252,7 @@ sides = st.tuples(*[st.floats(-500, 500)] * 2, *[st.floats(1.01, 500)] * 2)
     names=st.lists(st.text("aé &<\"'>ß", min_size=1, max_size=9).filter(str.strip), min_size=4, max_size=4),
     more=st.integers(0, 3),
 )
-def test_written_boxes_are_read_back(
-    found: dict[tuple[int, int], tuple[float, ...]], names: list[str], more: int
-) -> None:
+def test_boxes_are_read_back(found: dict[tuple[int, int], tuple[float, ...]], names: list[str], more: int) -> None:
     """Whatever boxes are written, in every form, are read with their frames, numbers and labels."""
     for form in (form for form in FORMS if form != "csv"):
         single = form in {"otb", "vot"}

@@ -89,10 +89,8 @@ def textured(height: int, width: int, seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize(("across", "down", "scale"), [(0, 0, 1), (7, -3, 1), (-24, 18, 2), (30, 0, 4)])
 def test_a_moved_picture_is_found_out(across: int, down: int, scale: int) -> None:
     """What lies `across` and `down` further in the next picture is so far off, to half a small pixel."""
-    whole = textured(120 * scale + 80, 160 * scale + 80)
-    before, after = (
-        whole[40 - y :, 40 - x :][: 120 * scale, : 160 * scale].copy() for x, y in ((0, 0), (across, down))
-    )
+    wide = textured(120 * scale + 80, 160 * scale + 80)
+    before, after = (wide[40 - y :, 40 - x :][: 120 * scale, : 160 * scale].copy() for x, y in ((0, 0), (across, down)))
     assert np.allclose(camera_shift(small_grey(before), after, small_grey(after)), (across, down), atol=0.5 * scale)
 
 
