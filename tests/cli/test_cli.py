@@ -101,9 +101,7 @@ def test_reproduce_sets_ours_beside_the_reference(
     assert max(map(len, shown.splitlines())) <= 80
 
 
-def test_doctor_fails_when_something_needed_is_broken(
-    call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_doctor_fails_on_what_is_broken(call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing required is broken on this machine.
 
     An impossible data folder gives status 1 and a line that names the check; without `--json` there is a table.
@@ -119,9 +117,7 @@ def test_doctor_fails_when_something_needed_is_broken(
     assert "compiled code" in call("doctor")[1]
 
 
-def test_bench_runs_the_scripts_of_a_checkout(
-    call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bench_runs_scripts(call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """`bench NAME --json` gives an object with the value of each; the installed package has none, and says so."""
     monkeypatch.setattr("pftrack.cli.checks.__file__", str(tmp_path / "pftrack" / "cli" / "checks.py"))
     refused(call("bench"), 1, "the benchmarks come with the source")

@@ -87,10 +87,8 @@ def test_wrong_files_are_refused(saved: Path, learned: Path, call: Call, tmp_pat
 def test_a_sweep_takes_the_file_for_all_its_runs(learned: Path, call: Call, tmp_path: Path) -> None:
     """`sweep --set learned=@FILE` guides all runs by the file."""
     out = tmp_path / "sweep.parquet"
-    code, _, err = call(
-        "sweep", "ball", "--axis", "sample_count=100", "--trackers", "guided", "--trials", 1, "--frames", 12,
-        "--set", f"learned=@{learned}", "--jobs", 1, "--out", out,
-    )  # fmt: skip
+    cell = "--axis", "sample_count=100", "--trackers", "guided", "--trials", 1, "--frames", 12, "--jobs", 1
+    code, _, err = call("sweep", "ball", *cell, "--set", f"learned=@{learned}", "--out", out)
     assert code == 0, err
     plan = read_result(out).plan
     assert plan.live(0).parameters_at(0).learned == learned.read_text()

@@ -38,13 +38,14 @@ def boxes(path: Path, **options: Any) -> list[tuple[float, ...]]:
     return [box[:6] for box in read_results_file(path, **options).boxes]
 
 
+def measured(folder: Path) -> tuple[object, ...]:
+    return "open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt", "--json"
+
+
 def test_results_are_measured_on_their_clip(call: Call, folder: Path) -> None:
     """There are overlap and switches, every guess is reported, and the recording has all that the page needs."""
-    out = folder / "mine.pft"
-    status, out_text, err = call(
-        *("open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt"),
-        *("--out", out, "--set", "selected_target=1", "--json", "--export", folder / "again.cvat.xml"),
-    )
+    out, more = folder / "mine.pft", ("--set", "selected_target=1", "--export", folder / "again.cvat.xml")
+    status, out_text, err = call(*measured(folder), "--out", out, *more)
     assert status == 0, err
     summary = json.loads(out_text)
     assert summary["frames"] == FRAMES
@@ -58,11 +59,10 @@ def test_results_are_measured_on_their_clip(call: Call, folder: Path) -> None:
 
 def test_the_measured_target_is_named(call: Call, folder: Path) -> None:
     """The result has the number of targets and the chosen one, and a note explains how to choose."""
-    arguments = "open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt", "--json"
-    _, out, err = call(*arguments)
+    _, out, err = call(*measured(folder))
     assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
     (folder / "gt.txt").write_text("1,1,90,80,9,9,1,1,1\n")
-    assert "never overlaps a true box by half, so nothing is measured" in call(*arguments)[2]
+    assert "never overlaps a true box by half, so nothing is measured" in call(*measured(folder))[2]
     assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
 
 
@@ -113,10 +113,8 @@ def test_truth_may_come_in_the_form_of_others(ask: Ask, folder: Path) -> None:
     with pytest.warns(UserWarning, match="Its first frame was taken as 1"):
         run = pftrack.load(folder / "results.txt")
     run.export(folder / "boxes.coco.json")
-    ask(
-        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json"),
-        *("--mark", "box:21,10,12,12", "--frames", "3"),
-        *("--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"),
-    )
+    tracked = "run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json", "--frames", 3
+    exports = "--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"
+    ask(*tracked, "--mark", "box:21,10,12,12", *exports)
     assert read_results_file(folder / "clicked.truth.mot.txt").frames == 3
     assert len(boxes(folder / "believed.otb.txt", form="otb")) == 3

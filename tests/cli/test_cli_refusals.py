@@ -77,9 +77,7 @@ NOT_DONE = [
 """Status 1: missing or wrong files, and places that cannot be written, found before anything is computed."""
 
 
-@pytest.mark.parametrize(
-    ("status", "said"), [(2, said) for said in WRONG_USE] + [(1, said) for said in NOT_DONE], ids=str
-)
+@pytest.mark.parametrize(("status", "said"), [(2, it) for it in WRONG_USE] + [(1, it) for it in NOT_DONE], ids=str)
 def test_a_wrong_call_is_refused_with_one_line(
     call: Call, clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, status: int, said: tuple[str, ...]
 ) -> None:

@@ -95,17 +95,13 @@ def test_frames_of_a_clip(ask: Ask, clip: Path, tmp_path: Path) -> None:
 def test_a_saved_run_replays_to_the_same_numbers(ask: Ask, tmp_path: Path) -> None:
     """`run --out` and `replay` give the same summary except for times."""
     out = tmp_path / "run.pft"
-    ran, replayed = (
-        ask("run", "ball", "--frames", 30, "--set", "occlusion_width_px=60", "--out", out),
-        ask("replay", out),
-    )
+    ran = ask("run", "ball", "--frames", 30, "--set", "occlusion_width_px=60", "--out", out)
+    replayed = ask("replay", out)
     timed = {"step_ms_median": ran["step_ms_median"]}
     assert replayed | timed == {**ran, "same_as_saved": True}
 
 
-def test_a_run_on_a_clip_replays_with_its_truth_and_moves_with_its_clip(
-    call: Call, ask: Ask, clip: Path, tmp_path: Path
-) -> None:
+def test_a_run_on_a_clip_replays_and_moves_with_it(call: Call, ask: Ask, clip: Path, tmp_path: Path) -> None:
     """The saved run finds the video next to it and contains the table; `--video` gives another place."""
     here, there = tmp_path / "here", tmp_path / "there"
     here.mkdir()
