@@ -15,6 +15,7 @@ from pftrack.core.model.drawing import Drawing, Links, Mesh, Picture, Points, Po
 from pftrack.vision.rendering import look_at, render
 from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.browser.host import Server
+from tests.vision.ink import f32
 
 Image: TypeAlias = NDArray[np.uint8]
 Paint: TypeAlias = Callable[..., Image]
@@ -60,10 +61,6 @@ def paint(chromium: Any, server: Server) -> Iterator[Paint]:
 
     yield painted
     page.close()
-
-
-def f32(*values: object) -> NDArray[np.float32]:
-    return np.array(values, np.float32)
 
 
 def cloud(count: int) -> Points:

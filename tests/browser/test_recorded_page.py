@@ -68,8 +68,29 @@ def test_the_page_shows_the_run_without_a_network(run: Run, chromium: Any, tmp_p
     run.export(tmp_path / "run.html")
     for page, heard in _open(chromium, tmp_path / "run.html"):
         _drawn(page, 0)
-        all_follows_the_scrubber(page, run)
-        a_layer_is_hidden(page)
+        # Forwards, backwards and across a change the page shows one frame's picture, readings and place.
+        scrubber = page.locator(".scrubber")
+        box = scrubber.bounding_box()
+        pictures = set()
+        for share in (0.9, 0.3):
+            before = scrubber.get_attribute("aria-valuenow")
+            page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+            _wait(page, f"{AT} !== {before!r} && {AT} === document.querySelector('.flat-canvas').dataset.frame")
+            frame = int(scrubber.get_attribute("aria-valuenow"))
+            assert page.text_content(".counter") == f"frame {frame} / {FRAMES}"
+            shown = page.locator(".readout dd").all_text_contents()
+            assert f"{', '.join(f'{value:.1f}' for value in run.diagnostics[frame].estimate)} px" in shown
+            pictures.add(page.evaluate(PICTURE))
+        assert len(pictures) == 2
+        assert page.locator(".plots .figure-panel canvas").count() > 0
+        # Without a layer the picture is painted anew, and its colours leave the legend.
+        before = page.evaluate(PICTURE)
+        page.get_by_text("What to draw").click()
+        page.get_by_label("Truth", exact=True).uncheck()
+        _wait(page, f"{PICTURE} !== {before!r}")
+        assert "truth" not in page.locator(".legend li").all_text_contents()
+        page.get_by_label("Truth", exact=True).check()
+        _wait(page, f"{PICTURE} === {before!r}")
         for key, frame in (("Home", 0), ("Shift+ArrowRight", 10), ("ArrowLeft", 9)):
             page.keyboard.press(key)
             _drawn(page, frame)
@@ -90,35 +111,6 @@ def test_the_page_shows_the_run_without_a_network(run: Run, chromium: Any, tmp_p
         assert heard == []
 
 
-def all_follows_the_scrubber(page: Any, run: Run) -> None:
-    """Forwards, backwards and across a change the page shows one frame's picture, readings and place."""
-    scrubber = page.locator(".scrubber")
-    box = scrubber.bounding_box()
-    pictures = set()
-    for share in (0.9, 0.3):
-        before = scrubber.get_attribute("aria-valuenow")
-        page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
-        _wait(page, f"{AT} !== {before!r} && {AT} === document.querySelector('.flat-canvas').dataset.frame")
-        frame = int(scrubber.get_attribute("aria-valuenow"))
-        assert page.text_content(".counter") == f"frame {frame} / {FRAMES}"
-        shown = page.locator(".readout dd").all_text_contents()
-        assert f"{', '.join(f'{value:.1f}' for value in run.diagnostics[frame].estimate)} px" in shown
-        pictures.add(page.evaluate(PICTURE))
-    assert len(pictures) == 2
-    assert page.locator(".plots .figure-panel canvas").count() > 0
-
-
-def a_layer_is_hidden(page: Any) -> None:
-    """The picture is painted without it, and its colours leave the legend."""
-    before = page.evaluate(PICTURE)
-    page.get_by_text("What to draw").click()
-    page.get_by_label("Truth", exact=True).uncheck()
-    _wait(page, f"{PICTURE} !== {before!r}")
-    assert "truth" not in page.locator(".legend li").all_text_contents()
-    page.get_by_label("Truth", exact=True).check()
-    _wait(page, f"{PICTURE} === {before!r}")
-
-
 def test_no_text_becomes_a_script_or_markup(chromium: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page shows names of clips and texts of filters as they are, from any author; its world can be turned."""
     run = whole_run(find("head"), frames=3)
@@ -128,8 +120,7 @@ def test_no_text_becomes_a_script_or_markup(chromium: Any, tmp_path: Path, monke
         monkeypatch.setattr(page_module, name, lambda _: HOSTILE)
     monkeypatch.setattr(page_module, "manifest_of", lambda _: {"title": HOSTILE})
     monkeypatch.setattr(page_module, "summary_lines", lambda _: {HOSTILE: HOSTILE})
-    for _ in write_page(run, tmp_path / "run.html"):
-        pass
+    list(write_page(run, tmp_path / "run.html"))
     for page, heard in _open(chromium, tmp_path / "run.html"):
         _drawn(page, 0)
         assert page.title() == HOSTILE
@@ -168,14 +159,11 @@ def test_the_drawings_are_those_of_the_stream(run: Run) -> None:
     assert len(fewer.parts) == -(-FRAMES // fewer.every)
 
 
-def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_cloud_and_a_long_run_are_thinned(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only some of many points and frames are drawn; the numbers are complete."""
     monkeypatch.setattr(page_module, "MOST_POINTS", 40)
     monkeypatch.setattr(page_module, "MOST_FRAMES", 12)
-    for _ in write_page(run, tmp_path / "run.html"):
-        pass
+    list(write_page(run, tmp_path / "run.html"))
     text = (tmp_path / "run.html").read_text()
     assert all(f"One of {said} drawn" in text for said in ("2 frames is", "3 points of each large cloud is"))
     recording, hello, drawings = (
