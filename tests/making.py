@@ -1,4 +1,4 @@
-"""What tests make themselves: short films, and runs on an experiment's own scene that have come to their end."""
+"""What tests make themselves: short films, and runs that have come to their end."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
@@ -60,16 +61,19 @@ def truth_file(folder: Path, text: str) -> Path:
     return path
 
 
-def whole_run(experiment: Experiment, *, values: Mapping[str, Value] | None = None, **options: Any) -> Run:
-    """Return a run on the experiment's own scene that is computed to its end.
+def whole_run(
+    experiment: Experiment, setup: Setup | None = None, *, values: Mapping[str, Value] | None = None, **options: Any
+) -> Run:
+    """Return a run that is computed to its end.
 
     Args:
         experiment: What is tracked.
+        setup: Where; without it, on the experiment's own scene.
         values: Parameters from frame 0 on.
         options: Tracker, seed, frames and timeline, as `Run` takes them.
     """
     if values:
         options["timeline"] = (Change(0, values), *options.get("timeline", ()))
-    run = Run(experiment, experiment.simulate(), **options)
+    run = Run(experiment, setup or experiment.simulate(), **options)
     run.finish()
     return run

@@ -5,7 +5,6 @@ product, computed on four points a pixel in either direction. The likelihood is 
 ball, a look-alike and a pillar that hides the ball for a while: the posterior has two hills, and once none.
 """
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -45,13 +44,8 @@ VALID: dict[str, tuple[str, dict[str, Value]]] = {
 """All that sample the posterior itself; `sharpened` weights sample something else, and say so."""
 
 
-@dataclass(frozen=True)
-class Exact:
-    """The posterior of one frame as the grid has it."""
-
-    mean: NDArray[np.float64]
-    sigma: NDArray[np.float64]
-    log_evidence: float
+Exact = tuple[NDArray[np.float64], NDArray[np.float64], float]
+"""The posterior of one frame as the grid has it: mean, deviation, and the logarithm of the evidence."""
 
 
 def parameters(**values: Value) -> BallTrackerParameters:
@@ -84,16 +78,16 @@ def by_grid(given: BallTrackerParameters, noises_px: tuple[float, ...] = (3.0,) 
         evidence = weighed.sum()
         density = weighed / evidence
         mean, second = (np.array([density.sum(axis=0) @ X**n, density.sum(axis=1) @ Y**n]) for n in (1, 2))
-        exact.append(Exact(mean, np.sqrt(second - mean**2), float(np.log(evidence))))
+        exact.append((mean, np.sqrt(second - mean**2), float(np.log(evidence))))
     return exact
 
 
 def check_exact(states: list[PointState], exact: list[Exact]) -> None:
     """Check that mean, deviation and evidence are the grid's in each frame: to 0.3 px, 5 % and 0.06 (four errors)."""
-    for state, known in zip(states, exact, strict=True):
-        assert state.estimate == pytest.approx(known.mean, abs=0.3)
-        assert state.sigma == pytest.approx(known.sigma, rel=0.05)
-        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.06)
+    for state, (mean, sigma, log_evidence) in zip(states, exact, strict=True):
+        assert state.estimate == pytest.approx(mean, abs=0.3)
+        assert state.sigma == pytest.approx(sigma, rel=0.05)
+        assert state.log_evidence == pytest.approx(log_evidence, abs=0.06)
 
 
 def followed(tracker: str, given: BallTrackerParameters, seed: int = 1, frames: int = 5) -> list[Any]:
@@ -132,7 +126,7 @@ def test_the_evidence_is_not_biased(name: str) -> None:
     """With forty particles the mean over many seeds of two evidences multiplied is the exact one, to four errors."""
     tracker, values = VALID[name]
     given = parameters(sample_count=40, **values)
-    exact = sum(known.log_evidence for known in by_grid(given)[:2])
+    exact = sum(log_evidence for _, _, log_evidence in by_grid(given)[:2])
     totals = [sum(state.log_evidence for state in followed(tracker, given, seed, 2)) for seed in range(200)]
     ratios = np.exp(np.array(totals) - exact)
     error = ratios.std() / np.sqrt(len(ratios))

@@ -14,14 +14,7 @@ from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.ball import model as motion
-from pftrack.experiments.ball.model import (
-    COLOURED,
-    MODELLED,
-    TRACKERS,
-    BallTrackerParameters,
-    LoopParameters,
-    colour_model,
-)
+from pftrack.experiments.ball.model import COLOURED, MODELLED, TRACKERS, BallTrackerParameters, colour_model
 from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import kalman
 from pftrack.filters.learning import online_em
@@ -48,15 +41,15 @@ def frame(index: int, radius: float = 6.0) -> Frame:
     return Frame(index, index / 30, image_rgb=picture(60.0 + 3 * index, radius))
 
 
-def begun(given: LoopParameters, seed: int = 1) -> PointState:
+def begun(given: BallTrackerParameters, seed: int = 1) -> PointState:
     return COLOURED.start(Target(np.array([60.0, 60.0]), 12.0), frame(0), given, Stream(seed, 0, Purpose.START))
 
 
-def stepped(tracker: str, state: PointState, index: int, given: LoopParameters, radius: float = 6.0) -> Any:
+def stepped(tracker: str, state: PointState, index: int, given: BallTrackerParameters, radius: float = 6.0) -> Any:
     return TRACKERS[tracker].step(state, frame(index, radius), given, Stream(1, index, Purpose.TRACK))
 
 
-def advanced(tracker: str, given: LoopParameters, frames: int) -> Any:
+def advanced(tracker: str, given: BallTrackerParameters, frames: int) -> Any:
     """Return the state after some frames."""
     state = begun(given)
     for index in range(1, frames + 1):

@@ -55,15 +55,8 @@ def test_the_assumed_period_keeps_a_ball_behind_a_pillar() -> None:
 
 
 COVARIANCE = np.array([[9.0, 1.5], [1.5, 1.0]])
-
-
-def wandering(seed: int = 0) -> NDArray[np.float64]:
-    """Return a track whose accelerations have this covariance."""
-    normals = np.random.default_rng(seed).standard_normal((4000, 2))
-    return np.cumsum(np.cumsum(normals @ np.linalg.cholesky(COVARIANCE).T, axis=0), axis=0)
-
-
-LEARNED = learn([wandering()], GUIDANCE.chart, "ball")
+ACCELERATIONS = np.random.default_rng(0).standard_normal((4000, 2)) @ np.linalg.cholesky(COVARIANCE).T
+LEARNED = learn([ACCELERATIONS.cumsum(axis=0).cumsum(axis=0)], GUIDANCE.chart, "ball")
 
 
 def drawn(velocity: tuple[float, float], **values: Value) -> NDArray[np.float64]:

@@ -1,13 +1,24 @@
-"""The picture of a hand whose pose is known."""
+"""Pictures of a hand whose pose is known."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
 from pftrack.experiments.hand.likelihood import PictureTables, tables_of
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.experiments.hand.shape import MODEL, joints, silhouette
 
 SCALE, SIDE = 52.0, 200
 ALL = (0, 1, 2, 3, 4)
+
+
+def simulated(index: int = 0, seed: int = 0, **values: object) -> Any:
+    """Return a frame of the simulated hand."""
+    parameters = revise(HandSceneParameters(), values)
+    return HandSource(seed, parameters).frame(index, History(((0, parameters),)))
 
 
 def axis(joints_px: NDArray[np.float64], length: float = np.inf) -> NDArray[np.float64]:

@@ -7,26 +7,22 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments.hand.fingers import HandFeatures, features_in, features_of
 from pftrack.experiments.hand.first_pose import OpenHand, find_open_hand
 from pftrack.experiments.hand.recording import propose
-from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import Finding, Silhouette, SilhouetteParameters
+from tests.experiments.hand.seen import simulated
 
 DEFAULTS = SilhouetteParameters()
 
 
 def seen(index: int = 0, seed: int = 0, **values: object) -> tuple[HandFeatures, HandTarget]:
-    parameters = revise(HandSceneParameters(), {"motion": "bend", **values})
-    frame: Frame = HandSource(seed, parameters).frame(index, History(((0, parameters),)))
-    assert frame.image_rgb is not None
-    assert isinstance(frame.target, HandTarget)
+    frame = simulated(index, seed, **{"motion": "bend", **values})
     return features_of(frame.image_rgb, DEFAULTS), frame.target
 
 

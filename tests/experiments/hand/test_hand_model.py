@@ -2,34 +2,15 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from pftrack.experiments.hand.shape import (
-    HIGH,
-    LOW,
-    MODEL,
-    HandShape,
-    arm_corners,
-    joints,
-    open_pose,
-    palm_points,
-    silhouette,
-)
+from pftrack.core.arrays import Floats
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, arm_corners, joints, open_pose, palm_points, silhouette
 
-Numbers = NDArray[np.float64]
 SCALE = 52.0
 WRIST = np.array([100.0, 137.0])
 
 
-def any_pose(number: int) -> Numbers:
-    generator = np.random.default_rng(number)
-    low, high = np.maximum(LOW, -np.pi), np.minimum(HIGH, np.pi)
-    pose: Numbers = generator.uniform(low, high)
-    pose[:2] = WRIST
-    return pose
-
-
-def turns(pose: Numbers) -> Numbers:
+def turns(pose: Floats) -> Floats:
     """R = Rz(a) Ry(b) Rx(c), for y up."""
     a, b, c = pose[2:5]
     about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
@@ -38,31 +19,32 @@ def turns(pose: Numbers) -> Numbers:
     return np.asarray(about_z @ about_y @ about_x)
 
 
-def seen(pose: Numbers, points: Numbers) -> Numbers:
+def seen(pose: Floats, points: Floats) -> Floats:
     """Return where points of the hand's frame, in palm axes, are in the picture."""
     return SCALE * points @ turns(pose).T * [1, -1, 1] + [*pose[:2], 0]
 
 
-def by_hand(pose: Numbers, shape: HandShape) -> Numbers:
+def by_hand(pose: Floats) -> Floats:
     """Evaluate the equations of docs/methods/hands.md one by one."""
     places = np.empty((5, 4, 3))
     for finger in range(5):
         spread, *flexions = pose[5 + 4 * finger : 9 + 4 * finger]
-        direction = shape.rest[finger] + spread
-        places[finger, 0] = shape.roots[finger]
+        direction = MODEL.rest[finger] + spread
+        places[finger, 0] = MODEL.roots[finger]
         for j in (1, 2, 3):
             bend = sum(flexions[:j])
             turned, tilt = (direction, bend) if finger else (direction + 0.7 * bend, 0.5 * bend)
             way = np.array([-np.sin(turned) * np.cos(tilt), np.cos(turned) * np.cos(tilt), np.sin(tilt)])
-            places[finger, j] = places[finger, j - 1] + shape.phalanges[finger, j - 1] * way
+            places[finger, j] = places[finger, j - 1] + MODEL.phalanges[finger, j - 1] * way
     return seen(pose, places.reshape(-1, 3)).reshape(5, 4, 3)
 
 
 @pytest.mark.parametrize("number", range(3))
 def test_joints_palm_and_arm_are_those_of_the_equations(number: int) -> None:
     """The compiled functions agree with the equations; the plate has two sides; only the angle a turns the arm."""
-    pose = any_pose(number)
-    assert joints(pose, SCALE, MODEL) == pytest.approx(by_hand(pose, MODEL), abs=1e-9)
+    pose = np.random.default_rng(number).uniform(np.maximum(LOW, -np.pi), np.minimum(HIGH, np.pi))
+    pose[:2] = WRIST
+    assert joints(pose, SCALE, MODEL) == pytest.approx(by_hand(pose), abs=1e-9)
     plate = [[x, y, z] for z in (MODEL.thickness, -MODEL.thickness) for x, y in MODEL.outline]
     assert palm_points(pose, SCALE, MODEL) == pytest.approx(seen(pose, np.array(plate))[:, :2], abs=1e-9)
     flat = pose * np.array([1, 1, 1, 0, 0] + 20 * [1])

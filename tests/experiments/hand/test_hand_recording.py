@@ -1,6 +1,5 @@
 """A hand on recordings: found or marked, and refused in words."""
 
-from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
@@ -11,14 +10,15 @@ import pytest
 from pftrack.core.model.drawing import COLOURS
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.setup import Setup, Suitability
-from pftrack.core.model.source import FrameSequence, History
+from pftrack.core.model.source import FrameSequence
 from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
 from pftrack.experiments.hand.recording import HandTips
-from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.vision.film import FilmWriter
+from tests.experiments.hand.seen import simulated
+from tests.experiments.head.heads import Pictures
+from tests.making import whole_run
 
 HAND = find("hand")
 FRAMES = 5
@@ -26,27 +26,13 @@ CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "hand_silhouette" 
 NEEDS_CLIP = pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
 
 
-def source(**scene: object) -> tuple[HandSource, History]:
-    parameters = HandSceneParameters(**{"motion": "occlusion", "speed": 1.5, **scene})
-    return HandSource(1, parameters), History(((0, parameters),))
-
-
-def pictures(**scene: object) -> list[np.ndarray]:
-    made, history = source(**scene)
-    return [np.array(made.frame(frame, history).image_rgb) for frame in range(FRAMES)]
-
-
-def film(path: Path, frames: Sequence[np.ndarray]) -> FrameSequence:
-    with FilmWriter(path, 10.0) as writer:
-        for picture in frames:
-            writer.write(picture)
-    return open_sequence(path)
+def pictures(speed: float = 1.5) -> list[np.ndarray]:
+    return [simulated(frame, 1, motion="occlusion", speed=speed).image_rgb for frame in range(FRAMES)]
 
 
 @pytest.fixture(scope="module")
-def clip(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FrameSequence]:
-    with closing(film(tmp_path_factory.mktemp("films") / "hand.mp4", pictures())) as opened:
-        yield opened
+def clip() -> FrameSequence:
+    return Pictures(pictures(), frame_rate_hz=10.0)
 
 
 def wired(sequence: FrameSequence, mark: HandTips | None = None, start: int = 0) -> Setup:
@@ -60,7 +46,7 @@ def suits(sequence: FrameSequence, setup: Setup, **values: Value) -> Suitability
 
 def error(step: Step) -> float:
     """Return the mean distance of the tips from the true ones of the last frame, palm axes."""
-    truth = source()[0].target(FRAMES - 1, HandSceneParameters(motion="occlusion", speed=1.5))
+    truth = simulated(FRAMES - 1, 1, motion="occlusion", speed=1.5).target
     return float(np.hypot(*(step.state.estimate.reshape(5, 3)[:, :2] - truth.tips).T).mean() / truth.scale)
 
 
@@ -70,8 +56,7 @@ def test_an_open_hand_is_found_and_followed_without_marks(clip: FrameSequence) -
     run = Run(HAND, setup, seed=0)
     assert error(run.finish()) < 0.2
     assert len(run.diagnostics) == FRAMES
-    again = Run(HAND, wired(clip, HandTips.read(setup.footage.mark)), seed=0)
-    again.finish()
+    again = whole_run(HAND, wired(clip, HandTips.read(setup.footage.mark)), seed=0)
     assert again.estimates_sha256 == run.estimates_sha256
 
 
@@ -106,25 +91,24 @@ def blank(value: int, size: int = 200) -> np.ndarray:
     return np.full((size, size, 3), value, np.uint8)
 
 
-def test_other_pictures_are_refused_in_words(tmp_path: Path) -> None:
+def test_other_pictures_are_refused_in_words() -> None:
     """The refusal and the finder's remark give the reason."""
     picture = blank(10)
     for place in ((55, 100), (145, 100)):
         cv2.circle(picture, place, 40, (220, 180, 150), -1)
-    with closing(film(tmp_path / "none.mp4", [picture] * 2)) as sequence:
-        with pytest.raises(ValueError, match="two regions of similar size"):
-            wired(sequence)
-        (seen,) = HAND.video.finder.search(sequence, [0])
-        assert seen.mark is None
-        assert "two regions of similar size" in seen.remarks[0]
+    sequence = Pictures([picture] * 2)
+    with pytest.raises(ValueError, match="two regions of similar size"):
+        wired(sequence)
+    (seen,) = HAND.video.finder.search(sequence, [0])
+    assert seen.mark is None
+    assert "two regions of similar size" in seen.remarks[0]
 
 
-def test_a_flash_and_an_empty_picture_are_waited_out(tmp_path: Path) -> None:
+def test_a_flash_and_an_empty_picture_are_waited_out() -> None:
     """While no hand is visible the estimate stays; the run's events and the caption give the reason."""
     shown = pictures(speed=0.25)
-    with closing(film(tmp_path / "flash.mp4", [shown[0], blank(255), shown[2], blank(0), shown[4]])) as sequence:
-        run = Run(HAND, wired(sequence), seed=0)
-        steps = list(run)
+    run = Run(HAND, wired(Pictures([shown[0], blank(255), shown[2], blank(0), shown[4]])), seed=0)
+    steps = list(run)
     names = [[name for name in ("flash", "no_hand") if row.number(name)] for row in run.diagnostics]
     assert names == [[], ["flash"], [], ["no_hand"], []]
     assert [row.searching for row in run.diagnostics] == [bool(events) for events in names]
@@ -150,25 +134,24 @@ def test_a_real_hand_with_two_raised_fingers_is_proposed_and_followed() -> None:
             assert wrong.better == guess.mark
         assert not guess.sure
         assert set(guess.placed) == {"points.thumb", "points.ring", "points.little"}
-        run = Run(HAND, wired(sequence, guess.mark), seed=0, frames=6)
-        run.finish()
+        run = whole_run(HAND, wired(sequence, guess.mark), seed=0, frames=6)
     assert all(row.number("difference") < 25.0 for row in run.diagnostics[1:])
 
 
-def test_a_hand_before_a_textured_wall_is_told_by_its_backdrop(tmp_path: Path) -> None:
+def test_a_hand_before_a_textured_wall_is_told_by_its_backdrop() -> None:
     """It is followed where neither level, border nor skin separates it; seek and branch give the same numbers."""
     shade = np.random.default_rng(1).uniform(0.1, 1.1, (25, 25)).astype(np.float32)  # boards with the colours of skin
     shade = cv2.resize(shade, (200, 200), interpolation=cv2.INTER_NEAREST)
     wall = (shade[..., None] * np.array([150.0, 105.0, 75.0])).astype(np.uint8)
     shown = [np.where((picture > 60).any(axis=2)[..., None], picture, wall) for picture in pictures()]
-    with closing(film(tmp_path / "wall.mp4", [wall] * 4 + shown)) as sequence:
-        setup = wired(sequence)
-        assert setup.footage.start == setup.parameters.backdrop_frames == 4
-        assert setup.parameters.tells_by == "backdrop"
-        run = Run(HAND, setup, seed=0)
-        assert error(run.finish()) < 0.2
-        assert np.array_equal(run.seek(2).state.pose, Run(HAND, wired(sequence), seed=0, frames=3).finish().state.pose)
-        branch = run.branch(2, {})
-        branch.finish()
-        assert branch.estimates_sha256 == run.estimates_sha256
-        assert suits(sequence, setup, tells_by="background").grade == "not at all"
+    sequence = Pictures([wall] * 4 + shown)
+    setup = wired(sequence)
+    assert setup.footage.start == setup.parameters.backdrop_frames == 4
+    assert setup.parameters.tells_by == "backdrop"
+    run = Run(HAND, setup, seed=0)
+    assert error(run.finish()) < 0.2
+    assert np.array_equal(run.seek(2).state.pose, Run(HAND, wired(sequence), seed=0, frames=3).finish().state.pose)
+    branch = run.branch(2, {})
+    branch.finish()
+    assert branch.estimates_sha256 == run.estimates_sha256
+    assert suits(sequence, setup, tells_by="background").grade == "not at all"

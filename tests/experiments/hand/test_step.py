@@ -2,18 +2,19 @@
 
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import Frame, History
+from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.hand.model import HandState, HandTrackerParameters, Task, settings
-from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose
 from pftrack.experiments.hand.trackers import ANYWHERE, TRACKERS, _gains, sample
-from tests.experiments.hand.seen import SCALE, sight
+from tests.experiments.hand.seen import SCALE, sight, simulated
 
 DEFAULTS = HandTrackerParameters()
 NONE_CHANGED: Mapping[str, object] = {}
@@ -22,9 +23,8 @@ SEED, FIRST = 0, 3
 
 
 @cache
-def frame(index: int, **scene: object) -> Frame:
-    parameters = HandSceneParameters(**{"motion": "occlusion", **scene})
-    return HandSource(SEED, parameters).frame(index, History(((0, parameters),)))
+def frame(index: int, **scene: object) -> Any:
+    return simulated(index, SEED, **{"motion": "occlusion", **scene})
 
 
 def started(
