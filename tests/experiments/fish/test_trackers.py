@@ -1,11 +1,8 @@
 """The experiment on a fish: its trackers, recordings, losses, and the worlds of what was learned."""
 
 import json
-from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -28,8 +25,7 @@ from pftrack.filters.learning.charts import body_velocity
 from pftrack.filters.particles import ParticleSet
 from pftrack.runs.loss import judge_state
 from pftrack.runs.run import Run
-from pftrack.sources.sequence import open_sequence
-from pftrack.vision.film import FilmWriter
+from tests.experiments.head.heads import Pictures
 from tests.making import whole_run
 
 FISH = find("fish")
@@ -160,7 +156,7 @@ def test_a_learned_file_of_something_else_is_refused(bad: str, said: str) -> Non
 
 
 SHAPE = FishShape(24.0, 10.0, 28.0)
-WATER, ORANGE, DARK = (110, 125, 140), (235, 105, 40), (60, 68, 75)
+WATER, ORANGE = (110, 125, 140), (235, 105, 40)
 FRAMES = 8
 
 
@@ -168,23 +164,12 @@ def pose(frame: int) -> NDArray[np.float64]:
     return np.array([100.0 + 2.5 * frame, 90.0, 0.1 + 0.02 * frame, 0.3])
 
 
-def film(path: Path, colour: tuple[int, int, int]) -> FrameSequence:
-    with FilmWriter(path, 15.0) as writer:
-        for frame in range(FRAMES):
-            picture = np.full((180, 240, 3), WATER, np.uint8)
-            for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
-                cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], colour)
-            writer.write(picture)
-    return open_sequence(path)
-
-
-@pytest.fixture(scope="module")
-def films(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, FrameSequence]]:
-    folder = tmp_path_factory.mktemp("films")
-    opened = {name: film(folder / f"{name}.mp4", colour) for name, colour in (("orange", ORANGE), ("dark", DARK))}
-    yield opened
-    for sequence in opened.values():
-        sequence.close()
+def film(colour: tuple[int, int, int]) -> FrameSequence:
+    shown = np.full((FRAMES, 180, 240, 3), WATER, np.uint8)
+    for frame, picture in enumerate(shown):
+        for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
+            cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], colour)
+    return Pictures(list(shown), frame_rate_hz=15.0)
 
 
 def mark(**changes: object) -> Mark:
@@ -197,12 +182,10 @@ def wired(sequence: FrameSequence) -> Setup:
     return FISH.video.on_video(sequence, mark())
 
 
-@pytest.mark.parametrize(("name", "told"), [("orange", "colour"), ("dark", "dark")])
-def test_a_recording_is_followed_by_colour_or_by_darkness(
-    films: dict[str, FrameSequence], name: str, told: str
-) -> None:
+@pytest.mark.parametrize(("colour", "told"), [(ORANGE, "colour"), ((60, 68, 75), "dark")])
+def test_a_recording_is_followed_by_colour_or_by_darkness(colour: tuple[int, int, int], told: str) -> None:
     """The mark gives shape and scale; a colourful fish is found by its hues, another by being darker than the water."""
-    setup = wired(films[name])
+    setup = wired(film(colour))
     parameters = setup.parameters
     assert parameters.foreground == told
     lengths = (parameters.half_length_px, parameters.tail_length_px, parameters.sigma_d_px2)
@@ -211,11 +194,12 @@ def test_a_recording_is_followed_by_colour_or_by_darkness(
     assert np.hypot(*(step.state.estimate - pose(FRAMES - 1)[:2])) < 5.0
 
 
-def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]) -> None:
+def test_a_form_says_whether_the_fish_stands_out() -> None:
     """The fish itself is well suited; with thresholds that nothing meets it is not at all, and it is said why."""
-    setup = wired(films["orange"])
+    sequence = film(ORANGE)
+    setup = wired(sequence)
     nothing = revise(setup.parameters, {"lowest_hue": 90, "highest_hue": 91})
-    good, bad = (FISH.video.suits(films["orange"], setup.footage, it) for it in (setup.parameters, nothing))
+    good, bad = (FISH.video.suits(sequence, setup.footage, it) for it in (setup.parameters, nothing))
     assert (good.grade, bad.grade) == ("well", "not at all")
     assert not good.advice
     assert "0 % of the body is told from the water by its colour" in bad.remark
@@ -223,13 +207,11 @@ def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]
     assert bad.advice[0].startswith("widen the range of hues")
 
 
-def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:
+def test_a_fish_of_most_of_the_picture_is_taken() -> None:
     """The tolerance of edges grows with the fish as far as it can be set."""
-    with FilmWriter(tmp_path / "large.mp4", 15.0) as writer:
-        writer.write(np.full((80, 400, 3), WATER, np.uint8))
-    with closing(open_sequence(tmp_path / "large.mp4")) as sequence:
-        large = mark(head=[390.0, 40.0], root=[10.0, 40.0], tip=[1.0, 40.0])
-        assert FISH.video.on_video(sequence, large).parameters.sigma_d_px2 == 400.0
+    sequence = Pictures([np.full((80, 400, 3), WATER, np.uint8)])
+    large = mark(head=[390.0, 40.0], root=[10.0, 40.0], tip=[1.0, 40.0])
+    assert FISH.video.on_video(sequence, large).parameters.sigma_d_px2 == 400.0
 
 
 def test_angles_are_off_by_half_a_turn_at_most() -> None:

@@ -7,15 +7,9 @@ import pytest
 from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
+from pftrack.experiments.head import scene
 from pftrack.experiments.head.painting import blur
-from pftrack.experiments.head.scene import (
-    SCRIPT_FRAMES,
-    HeadSceneParameters,
-    HeadSource,
-    angles_rad,
-    eased_amplitude,
-    script_time,
-)
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource, angles_rad, eased_amplitude, script_time
 from pftrack.vision.face import FEATURES, person
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
@@ -134,10 +128,6 @@ def test_a_lens_out_of_focus_blurs_like_a_gaussian() -> None:
     assert blur(np.full((60, 80), 7.0, np.float32), 2.0) == pytest.approx(7.0, abs=1e-4)
 
 
-def script_deg(frames: int = SCRIPT_FRAMES) -> np.ndarray:
-    return np.rad2deg([angles_rad(k / SCRIPT_FRAMES, 1.0) for k in range(frames)])
-
-
 def moved(**values: float) -> HeadSceneParameters:
     return revise(HeadSceneParameters(), values)
 
@@ -148,8 +138,8 @@ def test_script_has_its_motions_in_order() -> None:
     As many frames as the reference counts have an axis beyond 20 degrees, and from frame to frame, also from the end
     of the script to its beginning, the head turns by less than 4 degrees.
     """
-    twice = script_deg(2 * SCRIPT_FRAMES)
-    degrees = twice[:SCRIPT_FRAMES]
+    twice = np.rad2deg([angles_rad(k / scene.SCRIPT_FRAMES, 1.0) for k in range(2 * scene.SCRIPT_FRAMES)])
+    degrees = twice[: scene.SCRIPT_FRAMES]
     assert degrees[0].tolist() == [0, 0, 0]
     for first, axis, peak in ((45, 1, 35), (315, 0, 25), (585, 2, 25)):
         part = degrees[first : first + 240, axis]

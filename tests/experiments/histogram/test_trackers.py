@@ -22,6 +22,7 @@ from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthTable
 from pftrack.vision.likelihoods.histogram import Window, fit, similarity
 from tests.experiments.head.heads import Pictures
+from tests.making import whole_run
 
 HISTOGRAM = find("histogram")
 TRACKER = TRACKERS["condensation"]
@@ -353,30 +354,23 @@ def test_it_goes_on_for_ever() -> None:
 
 def film(colour: tuple[int, int, int] = (200, 50, 50)) -> Pictures:
     """A square that walks to the right over grey."""
-    shown = []
-    for index in range(12):
-        picture = np.full((60, 90, 3), 110, np.uint8)
+    shown = np.full((12, 60, 90, 3), 110, np.uint8)
+    for index, picture in enumerate(shown):
         picture[20:35, 10 + 3 * index : 25 + 3 * index] = colour
-        shown.append(picture)
-    return Pictures(shown)
-
-
-SQUARE = Box.of(10, 20, 15, 15)
-TRUTH = TruthTable({index: (10.0 + 3 * index, 20.0, 15.0, 15.0) for index in range(12)})
+    return Pictures(list(shown))
 
 
 def test_a_box_without_colour_is_followed_by_brightness() -> None:
     """A white square on grey has no colour, and is followed all the same."""
-    run = Run(HISTOGRAM, HISTOGRAM.video.on_video(film((240, 240, 240)), SQUARE, truth=TRUTH), seed=1)
-    run.finish()
-    assert run.summary().measures["mean_iou"] > 0.7
+    truth = TruthTable({index: (10.0 + 3 * index, 20.0, 15.0, 15.0) for index in range(12)})
+    setup = HISTOGRAM.video.on_video(film((240, 240, 240)), Box.of(10, 20, 15, 15), truth=truth)
+    assert whole_run(HISTOGRAM, setup, seed=1).summary().measures["mean_iou"] > 0.7
 
 
 @pytest.mark.parametrize("box", [Box.of(17, 27, 1, 1), Box.of(0, 0, 90, 60), Box.of(88, 0, 2, 60)])
 def test_tiny_and_huge_boxes_run(box: Box) -> None:
     """A box of one pixel, of the whole picture and at its edge give finite estimates."""
-    run = Run(HISTOGRAM, HISTOGRAM.video.on_video(film(), box), seed=1)
-    run.finish()
+    run = whole_run(HISTOGRAM, HISTOGRAM.video.on_video(film(), box), seed=1)
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
 
 
@@ -416,8 +410,7 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
         overlaps[bool(values)] = found.measures["mean_iou"]
     assert overlaps[False] > 0.8
     assert overlaps[True] < overlaps[False] - 0.1
-    run = Run(HISTOGRAM, setup, tracker="condensation", seed=1, frames=20)
-    run.finish()
+    run = whole_run(HISTOGRAM, setup, tracker="condensation", seed=1, frames=20)
     state, seen = run.current.state, (run.current.frame.picture, run.current.parameters)
     assert judge(state, *seen).missed == 0
     assert judge(replace(state, usual=2.5 * state.usual), *seen).missed == 1, "half of the usual score is too low"
@@ -425,18 +418,15 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
 
 def test_a_target_that_comes_back_elsewhere_is_found() -> None:
     """While the target is lost some or all particles look all over the picture; without them it stays lost."""
-    shown, truth = [], {}
-    for index in range(24):
-        picture = np.full((120, 200, 3), 110, np.uint8)
+    shown, truth = np.full((24, 120, 200, 3), 110, np.uint8), {}
+    for index, picture in enumerate(shown):
         if not 8 <= index < 12:
             x, y = (20 + 2 * index, 30) if index < 8 else (160, 80)
             picture[y : y + 15, x : x + 15] = (200, 50, 50)
             truth[index] = (float(x), float(y), 15.0, 15.0)
-        shown.append(picture)
-    setup = HISTOGRAM.video.on_video(Pictures(shown), Box.of(20, 30, 15, 15), truth=TruthTable(truth))
+    setup = HISTOGRAM.video.on_video(Pictures(list(shown)), Box.of(20, 30, 15, 15), truth=TruthTable(truth))
     for share, found in ((0.1, 1.0), (1.0, 1.0), (0.0, 0.0)):
-        run = Run(HISTOGRAM, setup, seed=1, frames=24, timeline=[Change(0, {"search_share": share})])
-        run.finish()
+        run = whole_run(HISTOGRAM, setup, seed=1, frames=24, values={"search_share": share})
         assert run.summary().measures["held_at_end"] == found
         said = [row.searching for row in run.diagnostics]
         assert said[9:11] == ([None] * 2 if share == 0.0 else [True] * 2)

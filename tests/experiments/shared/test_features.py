@@ -8,44 +8,26 @@ import pytest
 
 from pftrack.core.model.series import Hypotheses, Series
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.experiments.shared.loss_probability import (
-    KINDS,
-    Logistic,
-    Memory,
-    feature_names,
-    read_signals,
-    remember,
-)
+from pftrack.experiments.shared.loss_probability import KINDS, Logistic, Memory, feature_names, read_signals, remember
 from tools.loss_probability import fit, signal_names
 
-SERIES = (
-    Series("size", "ESS", role="ess"),
-    Series("count", "particles", role="particles"),
-    Series("from", "samplers", shape="vector", role="share"),
-    Series("seen", "features that are seen", shape="vector", role="flag"),
-    Series("outlier", "outliers", role="event"),
-    Series("box", "box", shape="vector", role="extent"),
-    Series("poses", "poses", shape="hypotheses"),
-    Series("likeness", "likeness"),
-)
+SERIES = {
+    Series("size", "ESS", role="ess"): 50.0,
+    Series("count", "particles", role="particles"): 200.0,
+    Series("from", "samplers", shape="vector", role="share"): (30.0, 10.0),
+    Series("seen", "features that are seen", shape="vector", role="flag"): (1.0, 0.0, 1.0, 1.0),
+    Series("outlier", "outliers", role="event"): 3.0,
+    Series("box", "box", shape="vector", role="extent"): (4.0, 5.0),
+    Series("poses", "poses", shape="hypotheses"): Hypotheses(((0.0,), (1.0,)), (0.5, 0.5)),
+    Series("likeness", "likeness"): 0.9,
+}
+"""What is declared, with its value in a frame."""
 ROW = Diagnostics(0, 0.0, (0.0, 0.0), (3.0, 4.0), -2.0, None, None, None, None, None, None, True, 0.0)
-MEASURED = replace(
-    ROW,
-    series={
-        "size": 50.0,
-        "count": 200.0,
-        "from": (30.0, 10.0),
-        "seen": (1.0, 0.0, 1.0, 1.0),
-        "outlier": 3.0,
-        "box": (4.0, 5.0),
-        "poses": Hypotheses(((0.0,), (1.0,)), (0.5, 0.5)),
-        "likeness": 0.9,
-    },
-)
+MEASURED = replace(ROW, series={one.name: value for one, value in SERIES.items()})
 
 
 def _read(*rows: Diagnostics) -> dict[str, list[float]]:
-    names = signal_names(SERIES, searches=True, more=("poses",))
+    names = signal_names(tuple(SERIES), searches=True, more=("poses",))
     values = read_signals(names, {one.name: one for one in SERIES}, rows)
     return dict(zip(names, values.T.tolist(), strict=True))
 

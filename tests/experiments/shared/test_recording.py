@@ -12,8 +12,9 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import FrameSequence
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
+from tests.experiments.head.heads import Pictures
+from tests.making import whole_run
 
 BALL = find("ball")
 
@@ -23,15 +24,12 @@ def centre(index: int) -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def clip(tmp_path_factory: pytest.TempPathFactory) -> FrameSequence:
+def clip() -> FrameSequence:
     """Forty pictures of a green disc that wanders to the right over grey noise."""
-    folder = tmp_path_factory.mktemp("pictures")
-    rng = np.random.default_rng(0)
-    for index in range(40):
-        image = np.clip(rng.normal(120, 4, size=(120, 320, 3)), 0, 255).astype(np.uint8)
-        cv2.circle(image, centre(index), 9, (60, 190, 70), -1)
-        cv2.imwrite(str(folder / f"{index}.png"), image)
-    return open_sequence(folder)
+    shown = np.random.default_rng(0).normal(120, 4, size=(40, 120, 320, 3)).astype(np.uint8)
+    for index, image in enumerate(shown):
+        cv2.circle(image, centre(index), 9, (70, 190, 60), -1)
+    return Pictures(list(shown))
 
 
 def box(index: int) -> Box:
@@ -66,9 +64,8 @@ def summary_of(clip: FrameSequence, beside_px: float | None, tracker: str | None
         index: (u + (beside_px or 0.0), v, w, h) for index in range(40) for u, v, w, h in [box(index).corner_and_size]
     }
     truth = None if beside_px is None else TruthTable(boxes)
-    run = Run(BALL, BALL.video.on_video(clip, box(5), start=5, truth=truth), tracker=tracker, seed=1)
-    run.finish()
-    return run.summary().as_dict()
+    setup = BALL.video.on_video(clip, box(5), start=5, truth=truth)
+    return whole_run(BALL, setup, tracker=tracker, seed=1).summary().as_dict()
 
 
 @pytest.mark.parametrize("tracker", BALL.trackers)
