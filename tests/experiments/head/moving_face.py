@@ -28,14 +28,9 @@ MIDDLE = np.array([112.0, 80.0])
 POINTS = mean_model().points_mm[:, :2] * PX_PER_MM + MIDDLE
 
 
-def texture(seed: int = 4) -> NDArray[np.uint8]:
-    """Return smooth noise of even grey levels, twice the size of a picture, so that a view of it can be moved."""
-    noise = np.random.default_rng(seed).standard_normal((2 * HEIGHT, 2 * WIDTH))
-    smooth = cv2.GaussianBlur(noise, (0, 0), 2.5)
-    return (2 * np.rint(60 + 22 * smooth / smooth.std())).clip(0, 254).astype(np.uint8)
-
-
-TEXTURE = texture()
+SMOOTH = cv2.GaussianBlur(np.random.default_rng(4).standard_normal((2 * HEIGHT, 2 * WIDTH)), (0, 0), 2.5)
+TEXTURE = (2 * np.rint(60 + 22 * SMOOTH / SMOOTH.std())).clip(0, 254).astype(np.uint8)
+"""Smooth noise of even grey levels, twice the size of a picture, so that a view of it can be moved."""
 
 
 def grey(dx: int = 0, dy: int = 0) -> NDArray[np.uint8]:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.head.heads import Pictures
 from tests.making import whole_run
@@ -37,8 +36,7 @@ def test_a_cover_does_not_pull_the_pose() -> None:
         corners = np.array([top - across, top + across, hem + 0.9 * across, hem - 0.9 * across])
         if up > 0.0:
             cv2.fillPoly(shown[index], [corners.astype(np.int32)], (60, 70, 130))
-    run = Run(HEAD, HEAD.video.on_video(Pictures(shown, frame_rate_hz=25.0), None), seed=10, frames=FRAMES)
-    run.finish()
+    run = whole_run(HEAD, HEAD.video.on_video(Pictures(shown, frame_rate_hz=25.0), None), seed=10, frames=FRAMES)
     names = ("yaw_deg", "pitch_deg", "roll_deg")
     off = np.array(
         [[row.number(name) - true[name] for name in names] for row, true in zip(run.diagnostics, known, strict=True)]

@@ -54,9 +54,7 @@ def error_mm(shape: NDArray[np.float64]) -> float:
 @pytest.fixture(scope="module")
 def whole() -> Run:
     """Sixty frames of a head that hardly turns; tests branch from it and seek in it."""
-    run = run_of(60)
-    run.finish()
-    return run
+    return run_of(60)
 
 
 @pytest.fixture
@@ -67,8 +65,7 @@ def grown(whole: Run) -> Run:
 
 @pytest.fixture
 def state(grown: Run) -> PoseState:
-    found: PoseState = grown.current.state
-    return found
+    return grown.current.state  # type: ignore[no-any-return] # it is of a head
 
 
 def test_the_face_approaches_the_drivers(grown: Run) -> None:

@@ -16,17 +16,8 @@ from pftrack.experiments.head.first_sight import EYES, is_same_face, pose_found
 from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.state import PoseState
-from tests.experiments.head.moving_face import (
-    NOTHING,
-    POINTS,
-    begun,
-    grey,
-    grey_at,
-    memory,
-    parameters,
-    similar,
-    stepped,
-)
+from tests.experiments.head import moving_face
+from tests.experiments.head.moving_face import POINTS, begun, grey, grey_at, memory, parameters, similar, stepped
 
 Picture, Points = NDArray[np.uint8], NDArray[np.float64]
 
@@ -70,14 +61,14 @@ def test_a_lost_face_is_searched_for(search: Callable[..., Search]) -> None:
     """After `patience` doubtful frames it is lost; the search runs in the next frame and every fifth one after it."""
     run = search(lambda _: None, patience_frames=3, pose_noise_deg=2.0, face_model="personal")
     known = run.step(grey())
-    found = [memory(run.step(NOTHING)) for _ in range(3)]
+    found = [memory(run.step(moving_face.NOTHING)) for _ in range(3)]
     assert [(one.doubtful_frames, one.lost) for one in found] == [(1, False), (2, False), (3, True)]
     tracker = head.TRACKERS["pf-asd"]
     assert [tracker.searching(state) for state in (known, run.state)] == [False, True]
     run.state = replace(run.state, recognised=np.ones(11, np.bool_))
     lost_at, before = run.index, run.state
     for count in range(2, 20):
-        state = run.step(NOTHING)
+        state = run.step(moving_face.NOTHING)
         assert memory(state).lost_frames == count
         assert not state.recognised.any()
         assert not state.switched
@@ -101,7 +92,7 @@ def test_a_face_of_much_the_same_size_is_found_again(
     points = similar(scale, 0.2, (6.0, -4.0))
     run = search(points)
     before = memory(run.step(grey(), method))
-    assert memory(run.step(NOTHING, method)).lost
+    assert memory(run.step(moving_face.NOTHING, method)).lost
     state = run.step(grey_at(points), method)
     found = memory(state)
     assert (found.lost, found.doubtful_frames, state.switched) == (False, 0, True)
@@ -124,7 +115,7 @@ def test_a_face_of_another_size_begins_again(scale: float, search: Callable[...,
     points = similar(scale, 0.0, (0.0, 0.0))
     run, picture = search(points), grey_at(points)
     before = memory(run.step(grey()))
-    run.step(NOTHING)
+    run.step(moving_face.NOTHING)
     state = run.step(picture)
     found = memory(state)
     assert not found.lost
@@ -142,7 +133,7 @@ def test_templates_in_relief_fit_any_size(search: Callable[..., Search]) -> None
     points = similar(1.5, 0.0, (0.0, 0.0))
     run = search(points, templates="relief", upper_layer="perspective")
     before = memory(run.step(grey()))
-    run.step(NOTHING)
+    run.step(moving_face.NOTHING)
     found = memory(run.step(grey_at(points)))
     assert found.enlarged == pytest.approx(1.5, rel=0.1)
     assert found.sight is before.sight
@@ -160,7 +151,7 @@ def test_a_false_detection_is_rejected(search: Callable[..., Search]) -> None:
     wrong = similar(0.25, 0.0, (10.0, 30.0))
     run = search(lambda index: detected(wrong if index < 8 else POINTS))
     run.step(grey())
-    run.step(NOTHING)
+    run.step(moving_face.NOTHING)
     assert [memory(run.step(grey())).lost for _ in range(6)] == [True] * 5 + [False]
     assert [index for index, _, _ in run.asked] == [3, 8]
 
@@ -183,7 +174,7 @@ def test_a_face_is_known_again_at_any_size_and_roll(scale: float, roll: float) -
     assert is_same_face((20 + picture // 3).astype(np.uint8), SIGHT, points + 3.0 * scale)
     assert is_same_face(half, SIGHT, POINTS)
     assert not is_same_face(grey_at(POINTS)[::-1, ::-1].copy(), SIGHT, points)
-    assert not is_same_face(NOTHING, SIGHT, points)
+    assert not is_same_face(moving_face.NOTHING, SIGHT, points)
     assert not is_same_face(picture, SIGHT, similar(0.3 * scale, roll, (0.0, 30.0)))
 
 

@@ -11,23 +11,15 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
-from pftrack.experiments.head.recording import (
-    FINDER,
-    MOST_SEARCHED,
-    FaceBox,
-    FacePoints,
-    PoseTable,
-    first_face,
-    read_poses,
-    to_search,
-)
+from pftrack.experiments.head import recording
+from pftrack.experiments.head.recording import FINDER, FaceBox, FacePoints, PoseTable, first_face, read_poses
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 from pftrack.vision.face import FEATURES, gaze
 from tests.experiments.head.heads import Picture, Pictures, empty, marked, pictures, simulated
-from tests.making import truth_file
+from tests.making import truth_file, whole_run
 
 HEAD = find("head")
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
@@ -36,14 +28,7 @@ NEEDS_CLIP = pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are 
 
 def on(shown: list[Picture], **options: object) -> Run:
     """Return a finished run on pictures; options are those of `on_video`."""
-    run = Run(HEAD, HEAD.video.on_video(Pictures(shown), None, **options), seed=2)  # type: ignore[arg-type]
-    run.finish()
-    return run
-
-
-def true_poses(count: int, every: int) -> PoseTable:
-    frames = enumerate(simulated(count, width=480, every=every))
-    return PoseTable({index: tuple(np.rad2deg(gaze(frame.target.position)).tolist()) for index, frame in frames})
+    return whole_run(HEAD, HEAD.video.on_video(Pictures(shown), None, **options), seed=2)  # type: ignore[arg-type]
 
 
 def largest_yaw_deg(run: Run, error_deg: float, correlation: float) -> float:
@@ -58,7 +43,9 @@ def largest_yaw_deg(run: Run, error_deg: float, correlation: float) -> float:
 
 def test_a_face_is_found_and_its_pose_has_the_right_signs() -> None:
     """Through a turn to either side yaw, pitch and roll follow the truth."""
-    assert largest_yaw_deg(on(pictures(110, width=480, every=2), truth=true_poses(110, 2)), 7.0, 0.95) > 20
+    frames = enumerate(simulated(110, width=480, every=2))
+    truth = PoseTable({index: tuple(np.rad2deg(gaze(frame.target.position)).tolist()) for index, frame in frames})
+    assert largest_yaw_deg(on(pictures(110, width=480, every=2), truth=truth), 7.0, 0.95) > 20
 
 
 @pytest.mark.parametrize(
@@ -147,8 +134,7 @@ def test_the_real_clip_is_followed() -> None:
     """On the sample clip yaw, pitch and roll stay within 5 degrees of the reference, without a loss."""
     with closing(open_sequence(CLIP / "clip.mp4")) as sequence:
         setup = HEAD.video.on_video(sequence, None, truth=read_poses(CLIP / "reference_pose.csv"))
-        run = Run(HEAD, setup, seed=0)
-        run.finish()
+        run = whole_run(HEAD, setup, seed=0)
     assert largest_yaw_deg(run, 3.0, 0.9) > 0
 
 
@@ -158,8 +144,7 @@ def test_a_face_first_seen_from_the_side_is_followed() -> None:
     truth = read_poses(CLIP / "head_turn_short_reference_pose.csv")
     with closing(open_sequence(CLIP / "head_turn_short.gif")) as sequence:
         setup = HEAD.video.on_video(sequence, None, truth=truth)
-        run = Run(HEAD, setup, seed=0)
-        run.finish()
+        run = whole_run(HEAD, setup, seed=0)
     assert abs(truth.poses[setup.footage.start][0]) < 10.0  # type: ignore[index]
     assert HEAD.measured.report(run.diagnostics)["tracked_share"] > 0.7  # type: ignore[misc]
 
@@ -198,11 +183,11 @@ def test_a_wrong_table_of_poses_is_refused(tmp_path: Path, text: str, message: s
 @pytest.mark.parametrize("count", [1, 49, 50, 51, 400, 20_000])
 def test_the_number_of_searched_pictures_is_bounded(count: int) -> None:
     """The first pictures are searched one by one, later ones at even distances."""
-    frames = list(to_search(3, 3 + count - 1))
+    frames = list(recording.to_search(3, 3 + count - 1))
     assert frames == sorted(set(frames))
     assert frames[:50] == list(range(3, 3 + min(count, 50)))
     assert frames[-1] < 3 + count
-    assert len(frames) <= MOST_SEARCHED
+    assert len(frames) <= recording.MOST_SEARCHED
     assert max(np.diff(frames), default=0) <= max(5, count / 100)
 
 
@@ -217,19 +202,14 @@ def test_sightings_are_reported_one_by_one() -> None:
         assert np.hypot(*np.subtract(told[2].mark.points[name], place)) < 6
 
 
-def turning(*frames: int) -> list[Picture]:
-    """Return pictures of a driver who turns to the front, by frames of the script; at 104 the yaw is 6 degrees."""
-    scene = revise(HeadSceneParameters(), {"person": 101})
-    shown = [HeadSource(0, scene).frame(frame, History(((0, scene),))).image_rgb for frame in frames]
-    return [picture for picture in shown if picture is not None]
-
-
 def test_a_face_from_the_front_is_a_better_start() -> None:
     """A face that first looks aside begins where it looks into the camera, and a remark reports this.
 
     Without such a picture within a second, the first one is used.
     """
-    shown = turning(96, 98, 100, 102, 104, 106)
+    scene = revise(HeadSceneParameters(), {"person": 101})
+    source, history = HeadSource(0, scene), History(((0, scene),))
+    shown = [source.frame(frame, history).image_rgb for frame in range(96, 108, 2)]  # at 104 the yaw is 6 degrees
     first, points = first_face(Pictures(shown, frame_rate_hz=15.0), 0)
     assert 2 <= first <= 4
     assert points.shape == (11, 2)

@@ -23,22 +23,8 @@ from pftrack.reproduce.head_turns import film, watch
 from pftrack.runs.run import Run
 from pftrack.vision.face import FEATURES, mean_model
 from pftrack.vision.likelihoods import separation, template
-from tests.experiments.head.moving_face import (
-    HEIGHT,
-    NOTHING,
-    POINTS,
-    PX_PER_MM,
-    WIDTH,
-    begun,
-    covered,
-    followed,
-    frame,
-    grey,
-    memory,
-    parameters,
-    stepped,
-    target,
-)
+from tests.experiments.head import moving_face
+from tests.experiments.head.moving_face import POINTS, begun, covered, followed, grey, memory, parameters, stepped
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -119,7 +105,7 @@ def test_templates_are_renewed_only_while_nothing_is_doubtful() -> None:
     state = begun("pf-asd", given)
     good = stepped(state, "pf-asd", given, 1, grey())
     assert memory(good).templates is not memory(state).templates
-    bad = stepped(good, "pf-asd", given, 2, NOTHING)
+    bad = stepped(good, "pf-asd", given, 2, moving_face.NOTHING)
     assert memory(bad).templates is memory(good).templates
 
 
@@ -128,13 +114,13 @@ def test_the_solid_at_first_sight_is_where_the_features_are(upper: str) -> None:
     """At theta = 0 the affine camera sees every feature in its place; the pinhole to a tenth of the eye distance."""
     given = parameters(upper_layer=upper, focal_widths=1.3)
     state = begun("pf-asd", given)
-    assert state.solid.focal_px == pytest.approx(1.3 * WIDTH)
-    assert state.solid.principal_px.tolist() == [WIDTH / 2, HEIGHT / 2]
+    assert state.solid.focal_px == pytest.approx(1.3 * moving_face.WIDTH)
+    assert state.solid.principal_px.tolist() == [moving_face.WIDTH / 2, moving_face.HEIGHT / 2]
     expected = state.solid.points_mm @ state.solid.reference[:, :3].T + state.solid.reference[:, 3]
     assert expected == pytest.approx(POINTS, abs=1e-6)
     away = np.abs(state.project(state.solid.points_mm, np.zeros(3)) - POINTS).max()
     assert away < (1e-6 if upper == "affine" else 0.1 * eye_distance(POINTS))
-    assert state.solid.translation_mm[2] == pytest.approx(1.3 * WIDTH / PX_PER_MM, rel=0.1)
+    assert state.solid.translation_mm[2] == pytest.approx(1.3 * moving_face.WIDTH / moving_face.PX_PER_MM, rel=0.1)
 
 
 def test_the_pose_before_a_pinhole_is_found_exactly() -> None:
@@ -191,9 +177,10 @@ def test_a_moving_start_is_found() -> None:
         templates="relief", upper_layer="perspective", sample_count=50, slack_px=8.0, initial_speed_px=8.0
     )
     for seed in range(3):
-        state = head.start("pf-asd", target(), frame(0, grey()), given, Stream(seed, 0, Purpose.START))
+        start = Stream(seed, 0, Purpose.START)
+        state = head.start("pf-asd", moving_face.target(), moving_face.frame(0, grey()), given, start)
         for index in range(1, 4):
-            picture = frame(index, grey(-12 * index, 0))
+            picture = moving_face.frame(index, grey(-12 * index, 0))
             state = head.step("pf-asd", state, picture, given, Stream(seed, index, Purpose.TRACK))
         assert np.abs(np.median(state.feature_means - POINTS, axis=0) - (-36, 0)).max() < 2
 

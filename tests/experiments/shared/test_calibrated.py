@@ -16,15 +16,8 @@ from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.prism.scene import VERTICES_MM
-from pftrack.experiments.shared.pose import layered
-from pftrack.experiments.shared.pose.calibrated import (
-    PoseTrackerParameters,
-    depth_slopes,
-    nearness,
-    pin,
-    pose_and_band,
-    seen_moments,
-)
+from pftrack.experiments.shared.pose import calibrated, layered
+from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters, pose_and_band
 from pftrack.experiments.shared.pose.state import GAUSSIAN, STUDENT_4, STUDENT_8, Belief, Solid
 from pftrack.filters.affine import AffineLayer
 from pftrack.runs.run import Run
@@ -37,7 +30,7 @@ SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 def test_a_point_is_pinned_to_where_it_was_seen() -> None:
     """The camera sees it there, and it moved across the line of sight only."""
     seen = VERTICES_MM @ SLOPES.T + np.arange(16.0).reshape(8, 2)
-    moved = pin(VERTICES_MM, seen, VERTICES_MM @ SLOPES.T, np.tile(SLOPES, (8, 1, 1)))
+    moved = calibrated.pin(VERTICES_MM, seen, VERTICES_MM @ SLOPES.T, np.tile(SLOPES, (8, 1, 1)))
     assert moved @ SLOPES.T == pytest.approx(seen)
     assert (moved - VERTICES_MM) @ np.cross(*SLOPES) == pytest.approx(0.0, abs=1e-9)
 
@@ -46,14 +39,17 @@ def test_nearness_makes_an_affine_camera_a_pinhole() -> None:
     """Scaled about the principal point, the pixels of the affine camera are those of the pinhole."""
     theta, slopes = np.array([0.2, -0.5, 0.1]), np.ascontiguousarray(5.0 * np.eye(2, 3))
     turned = VERTICES_MM @ rotation(theta).T
-    nearer = nearness(VERTICES_MM, theta, slopes, 80.0)
+    nearer = calibrated.nearness(VERTICES_MM, theta, slopes, 80.0)
     assert nearer[:, None] * (turned @ slopes.T) == pytest.approx(pinhole(turned + np.array([0.0, 0.0, 80.0]), 400.0))
 
 
 def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
     """At theta = 0 nothing moves, whatever the depth is."""
-    assert depth_slopes(VERTICES_MM, np.zeros(3), SLOPES) == pytest.approx(0.0, abs=1e-12)
-    assert np.abs(depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
+    assert calibrated.depth_slopes(VERTICES_MM, np.zeros(3), SLOPES) == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(calibrated.depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
+
+
+WANTED = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
 
 
 def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Belief]:
@@ -76,19 +72,18 @@ def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, Belief
 
 def test_the_moments_of_a_hidden_point_are_those_of_it_seen() -> None:
     """What all its particles have in common is taken off their weights."""
-    shown, doubted = (seen_moments(believe(np.full(8, hidden))[1]) for hidden in (0.0, 0.9))
+    shown, doubted = (calibrated.seen_moments(believe(np.full(8, hidden))[1]) for hidden in (0.0, 0.9))
     for one, other in zip(shown, doubted, strict=True):
         assert one == pytest.approx(other)
 
 
 def test_a_point_that_is_hidden_tells_nothing_of_the_pose() -> None:
     """The more surely a point is hidden the wider the band, up to that of the other points alone."""
-    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
     hidden = [np.where(np.arange(8) == 7, how, 0.0) for how in (0.0, 0.8, 0.9999)]
     sides = []
     for known, belief in (*map(believe, hidden), believe(np.zeros(8), points=7)):
         solid = replace(known, pinned_mm=known.points_mm)  # it is not known any more, so that no camera is mended
-        band, _ = pose_and_band(None, solid, belief, wanted)
+        band, _ = pose_and_band(None, solid, belief, WANTED)
         sides.append(np.linalg.det(band.covariance))
     assert sides[0] < sides[1] < sides[2]
     assert sides[2] == pytest.approx(sides[3], rel=0.05)
@@ -97,14 +92,13 @@ def test_a_point_that_is_hidden_tells_nothing_of_the_pose() -> None:
 
 def test_where_too_few_points_are_seen_the_excess_stays_as_it_was() -> None:
     """Six of eight points are hidden: how badly the others fit is not told, and the last excess still counts."""
-    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
     solid, belief = believe(np.where(np.arange(8) < 2, 0.0, 0.9999))
     solid = replace(solid, pinned_mm=solid.points_mm)
-    narrow, kept = pose_and_band(0.0, solid, belief, wanted)
-    wide, _ = pose_and_band(50.0, solid, belief, wanted)
+    narrow, kept = pose_and_band(0.0, solid, belief, WANTED)
+    wide, _ = pose_and_band(50.0, solid, belief, WANTED)
     assert kept == 0.0
     assert np.linalg.det(wide.covariance) > np.linalg.det(narrow.covariance)
-    assert pose_and_band(None, solid, belief, wanted) == (belief.pose, None)
+    assert pose_and_band(None, solid, belief, WANTED) == (belief.pose, None)
 
 
 @pytest.mark.parametrize(("name", "tracker"), [("prism", "pf-asd"), ("head", "pf-asd"), ("head", "rb-pf")])
