@@ -10,20 +10,8 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.core.refusal import ParameterError
-from pftrack.experiments.fish.model import (
-    CAP_PX,
-    GOLDFISH,
-    FishShape,
-    Foreground,
-    body_points,
-    edges_of,
-    inside,
-    largest_distances,
-    log_likelihoods,
-    model_points,
-    tail_corners,
-    tail_line,
-)
+from pftrack.experiments.fish import model
+from pftrack.experiments.fish.model import GOLDFISH, FishShape, Foreground, edges_of, model_points, tail_line
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource
 from pftrack.experiments.fish.swimming import FRAMES, clip, has_sharp_turn
 
@@ -129,7 +117,7 @@ SMALL, POSE = FishShape(20.0, 8.0, 20.0), np.array([70.0, 60.0, 0.5, 0.4])
 
 def picture(pose: NDArray[np.float64], shape: FishShape = SMALL, colour: tuple[int, int, int] = ORANGE) -> NDArray:
     image = np.full((120, 160, 3), WATER, np.uint8)
-    for corners in (body_points(pose, shape, 60), tail_corners(pose, shape)):
+    for corners in (model.body_points(pose, shape, 60), model.tail_corners(pose, shape)):
         cv2.fillPoly(image, [np.rint(corners).astype(np.int32)], colour)
     return image
 
@@ -140,12 +128,12 @@ def test_look_ups_are_the_distances_by_brute_force() -> None:
     rows, columns = np.nonzero(seen.edges)
     assert len(rows) > 50
     many = POSE + np.random.default_rng(1).normal(size=(60, 4)) * [25.0, 25.0, 0.5, 0.5]
-    found = largest_distances(seen.distances, many, SMALL) / 4.0
+    found = model.largest_distances(seen.distances, many, SMALL) / 4.0
     for one, distance in zip(many, found, strict=True):
         at = np.floor(model_points(one, SMALL) + 0.5)
         away = np.hypot(at[:, :1] - columns, at[:, 1:] - rows).min(axis=1)
         inside = ((at >= 0) & (at < (160, 120))).all(axis=1)
-        expected = np.where(inside, np.minimum(away, CAP_PX), CAP_PX).max()
+        expected = np.where(inside, np.minimum(away, model.CAP_PX), model.CAP_PX).max()
         assert distance == pytest.approx(expected, abs=0.126)
 
 
@@ -154,17 +142,17 @@ def test_the_likelihood_is_of_the_largest_distance_and_limits_the_bend() -> None
     largest = np.array([0, 4, 40], np.uint8)
     states = np.zeros((3, 4))
     states[2, 3] = 1.6
-    assert log_likelihoods(largest, states, 25.0, True).tolist() == [0.0, -1 / 25, -np.inf]
-    assert log_likelihoods(largest, states, 25.0, False).tolist() == [0.0, -1 / 25, -4.0]
+    assert model.log_likelihoods(largest, states, 25.0, True).tolist() == [0.0, -1 / 25, -np.inf]
+    assert model.log_likelihoods(largest, states, 25.0, False).tolist() == [0.0, -1 / 25, -4.0]
 
 
 def test_what_is_far_outside_has_the_cap() -> None:
     """A hypothesis anywhere outside the picture, however far, is at the largest distance; without any edge all are."""
     distances, none = edges_of(picture(POSE), COLOUR).distances, edges_of(np.full((40, 50, 3), WATER, np.uint8), COLOUR)
     for wild in (1e6, -1e6, 1e300, -1e300, 1e18):
-        assert largest_distances(distances, np.array([[wild, 60.0, 0.0, 0.0]]), SMALL)[0] == 4 * CAP_PX
+        assert model.largest_distances(distances, np.array([[wild, 60.0, 0.0, 0.0]]), SMALL)[0] == 4 * model.CAP_PX
     assert not none.edges.any()
-    assert (none.distances == 4 * CAP_PX).all()
+    assert (none.distances == 4 * model.CAP_PX).all()
     assert none.distances.shape == (42, 52)
 
 
@@ -227,4 +215,4 @@ def test_the_silhouette_holds_body_and_tail(phi: float) -> None:
     places = [(pose[:2] + 0.99 * ahead, True), (pose[:2] + 1.01 * ahead, False), (0.5 * (root + tip), True)]
     for side in (-beside, beside):
         places += [(near_tip + 1.5 * side, True), (near_tip + 4.5 * side, False)]
-    assert [inside(place, pose, GOLDFISH) for place, _ in places] == [expected for _, expected in places]
+    assert [model.inside(place, pose, GOLDFISH) for place, _ in places] == [expected for _, expected in places]

@@ -12,7 +12,6 @@ from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.experiments.hand.shape import MODEL, joints, silhouette
 
 SCALE, SIDE = 52.0, 200
-ALL = (0, 1, 2, 3, 4)
 
 
 def simulated(index: int = 0, seed: int = 0, **values: object) -> Any:
@@ -30,7 +29,7 @@ def axis(joints_px: NDArray[np.float64], length: float = np.inf) -> NDArray[np.f
 
 
 def sight(
-    pose: NDArray[np.float64], *more: NDArray[np.float64], fingers: tuple[int, ...] = ALL, length: int = 40
+    pose: NDArray[np.float64], *more: NDArray[np.float64], fingers: tuple[int, ...] = (0, 1, 2, 3, 4), length: int = 40
 ) -> PictureTables:
     """Return the tables of a pose: its silhouette, with the ends of these fingers and some more as protrusions."""
     axes = [axis(joints(pose, SCALE, MODEL)[finger], length) for finger in fingers]

@@ -23,7 +23,6 @@ from tests.making import whole_run
 HAND = find("hand")
 FRAMES = 5
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "hand_silhouette" / "img"
-NEEDS_CLIP = pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
 
 
 def pictures(speed: float = 1.5) -> list[np.ndarray]:
@@ -120,7 +119,7 @@ def test_a_flash_and_an_empty_picture_are_waited_out() -> None:
     assert waited.primitives["outline"].colour == COLOURS["hidden"]
 
 
-@NEEDS_CLIP
+@pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
 def test_a_real_hand_with_two_raised_fingers_is_proposed_and_followed() -> None:
     """It does not start automatically; the proposed tips suit, their reversal does not, and tracking succeeds."""
     with closing(open_sequence(CLIP)) as sequence:

@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry import convex_hull, fill
 from pftrack.experiments.hand import likelihood
 from pftrack.experiments.hand.beams import differences, improve, log_score
@@ -17,7 +17,6 @@ from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points
 from pftrack.experiments.hand.silhouette import Finding, Silhouette
 from tests.experiments.hand.seen import SCALE, SIDE, axis, sight
 
-Numbers = NDArray[np.float64]
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 CELLS = TASK._replace(settings=TASK.settings._replace(cells=True))
 POSE = open_pose((100.0, 137.0))
@@ -27,19 +26,19 @@ NO_MOVES = np.empty((0, 4, 2))
 INDEX, MIDDLE, TIP = 1, 2, 3
 
 
-def palm_misfit(pose: Numbers, seen: PictureTables) -> float:
+def palm_misfit(pose: Floats, seen: PictureTables) -> float:
     return x_p(convex_hull(palm_points(pose, SCALE, MODEL)), seen, SCALE)
 
 
 def fit(
-    places: Numbers,
+    places: Floats,
     protrusion: int,
     seen: PictureTables,
     least: float = -np.inf,
     *,
     finger: int = MIDDLE,
     task: Task = TASK,
-    moves: Numbers = NO_MOVES,
+    moves: Floats = NO_MOVES,
 ) -> float:
     radii = MODEL.radii[finger]
     return likelihood.finger_fit(places, moves, np.empty(0), radii, protrusion, seen, task, least)
@@ -115,7 +114,7 @@ BENT[3], BENT[6:9], BENT[10:13] = 0.3, 0.4, 0.6
 HALVES = half_steps(BENT, CELLS)
 
 
-def turned(pose: Numbers, finger: int, steps: Numbers) -> Numbers:
+def turned(pose: Floats, finger: int, steps: Floats) -> Floats:
     """Return a pose that is some half steps (5,) away in the cell of a finger."""
     moved, at = pose.copy(), 5 + 4 * finger
     moved[2:5] += steps[:3] * HALVES[finger, :3]
@@ -124,7 +123,7 @@ def turned(pose: Numbers, finger: int, steps: Numbers) -> Numbers:
     return moved
 
 
-def moves_of(finger: int) -> Numbers:
+def moves_of(finger: int) -> Floats:
     """Return the displacements (5, 4, 2) of a finger."""
     spread, flexed = (
         np.array([joints(turned(BENT, f, one), SCALE, MODEL)[f] for f in range(5)]) for one in np.eye(5)[3:]
@@ -199,7 +198,7 @@ def test_a_finger_beside_its_candidate_is_weighed_over_the_cell(off: float) -> N
 # Which finger is which protrusion.
 
 
-def by_trying_all(scores: Numbers, costs: Numbers) -> float:
+def by_trying_all(scores: Floats, costs: Floats) -> float:
     """Return the best sum over all ways of giving each finger a protrusion or none."""
     best = -np.inf
     for way in product(range(-1, len(costs)), repeat=len(scores)):

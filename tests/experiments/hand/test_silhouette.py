@@ -11,20 +11,15 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.compiled import read_only
+from pftrack.experiments.hand import silhouette as masks
 from pftrack.experiments.hand.fingers import features_in
 from pftrack.experiments.hand.recording import EVENTS
 from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
 from pftrack.experiments.hand.silhouette import (
-    NORMAL_SD,
     Finding,
     Silhouette,
     SilhouetteParameters,
-    backdrop_model,
-    contacts,
-    doubtful,
-    free_lines,
     silhouette_of,
-    skeleton,
     suggest_parameters,
 )
 
@@ -33,8 +28,8 @@ SKIN, WALL = (224, 172, 138), (90, 110, 120)
 DEFAULTS = SilhouetteParameters()
 
 
-def hand(side: int = 200, ground: Any = (16, 20, 24), colour: Any = SKIN) -> tuple[Picture, NDArray[np.bool_]]:
-    mask = silhouette(open_pose((side / 2, 0.685 * side)), 0.25 * side, MODEL, (side, side))
+def hand(ground: Any = (16, 20, 24), colour: Any = SKIN) -> tuple[Picture, NDArray[np.bool_]]:
+    mask = silhouette(open_pose((100.0, 137.0)), 50.0, MODEL, (200, 200))
     return np.where(mask[..., None], np.array(colour, np.uint8), np.array(ground, np.uint8)), mask
 
 
@@ -93,7 +88,7 @@ def test_contacts_are_counted_around_the_border() -> None:
     """A contact around a corner is one, and gaps of a few pixels do not split it."""
     mask = np.zeros((40, 60), np.bool_)
     mask[:5, :7] = mask[39, [30, 31, 34, 35]] = True
-    assert sorted(contacts(mask).tolist()) == [6, 11]
+    assert sorted(masks.contacts(mask).tolist()) == [6, 11]
 
 
 @pytest.mark.parametrize(
@@ -166,10 +161,10 @@ PASSING = np.linspace(-60.0, 260.0, 13)
 def test_the_median_and_its_deviation_are_those_of_each_pixel() -> None:
     """The deviation is that of normal noise."""
     noise = np.random.default_rng(0).normal(100.0, 5.0, (25, 30, 40, 3)).astype(np.uint8)
-    model = backdrop_model(Clip(*noise), 0, 1)
+    model = masks.backdrop_model(Clip(*noise), 0, 1)
     assert (model.median_rgb == np.median(noise, axis=0)).all()
     assert model.sd_rgb.mean() == pytest.approx(5.0, rel=0.05)
-    assert (model.sd_rgb % NORMAL_SD < 1e-4).mean() > 0.3  # deviations are whole grey levels
+    assert (model.sd_rgb % masks.NORMAL_SD < 1e-4).mean() > 0.3  # deviations are whole grey levels
 
 
 @pytest.mark.parametrize("first", [4, 0])
@@ -227,7 +222,7 @@ def test_a_backdrop_is_in_doubt_if_the_hand_moves_too_little() -> None:
     assert (found.mask != mask).mean() > 0.03
     assert found.finding is Finding.DOUBTFUL
     assert suggest_parameters(image, clip)["tells_by"] != "backdrop"
-    assert doubtful(backdrop_model(moving(np.linspace(-60.0, 260.0, 25)), 0, 1), 40)[mask].mean() < 0.07
+    assert masks.doubtful(masks.backdrop_model(moving(np.linspace(-60.0, 260.0, 25)), 0, 1), 40)[mask].mean() < 0.07
 
 
 # Skeletons and their free lines.
@@ -237,7 +232,7 @@ Mask = NDArray[np.uint8]
 
 def lines(mask: Mask, least: float = 2.5) -> list[NDArray[np.int64]]:
     radii = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-    pixels, begins = free_lines(skeleton(mask), radii, least)
+    pixels, begins = masks.free_lines(masks.skeleton(mask), radii, least)
     return [pixels[first:last] for first, last in pairwise(begins)]
 
 
@@ -256,7 +251,7 @@ def test_thinning_keeps_connections(number: int) -> None:
     The numbers of parts stay when lines are removed; each remaining line is long enough, unless it is the whole part.
     """
     mask = blobs(number)
-    thin = skeleton(mask)
+    thin = masks.skeleton(mask)
     assert (thin <= mask).all()
     for connectivity, before, after in ((8, mask, thin), (4, 1 - mask, 1 - thin)):
         counts = [cv2.connectedComponents(each, connectivity=connectivity)[0] for each in (before, after)]
@@ -264,7 +259,7 @@ def test_thinning_keeps_connections(number: int) -> None:
     blocks = thin[:-1, :-1] + thin[1:, :-1] + thin[:-1, 1:] + thin[1:, 1:]
     assert (blocks == 4).mean() < 0.001
     radii = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-    pixels, begins = free_lines(thin, radii, 3.0)
+    pixels, begins = masks.free_lines(thin, radii, 3.0)
     assert cv2.connectedComponents(thin)[0] == cv2.connectedComponents(mask)[0]
     for first, last in pairwise(begins):
         assert (np.abs(np.diff(pixels[first:last], axis=0)).max(axis=1) == 1).all()
@@ -278,7 +273,7 @@ def test_a_cross_has_four_lines_and_a_bump_none() -> None:
     """Lines run along the middles of the bars to their crossing; a bump of the edge is too short for a line."""
     mask = np.zeros((100, 100), np.uint8)
     mask[46:54, 10:90] = mask[10:90, 46:54] = mask[44:46, 20:24] = 1
-    assert {*np.nonzero(skeleton(mask)[:, 60:80])[0]} <= {49, 50}
+    assert {*np.nonzero(masks.skeleton(mask)[:, 60:80])[0]} <= {49, 50}
     found = lines(mask)
     assert len(found) == 4
     assert all(np.abs(line[0] - 50).max() > 30 for line in found)

@@ -17,7 +17,8 @@ from pftrack.experiments.hand.trackers import ANYWHERE, TRACKERS, _gains, sample
 from tests.experiments.hand.seen import SCALE, sight, simulated
 
 DEFAULTS = HandTrackerParameters()
-NONE_CHANGED: Mapping[str, object] = {}
+Values = Mapping[str, object]
+NONE_CHANGED: Values = {}
 SEED, FIRST = 0, 3
 """Frame from which the two fingers fold: those before are still."""
 
@@ -28,23 +29,18 @@ def frame(index: int, **scene: object) -> Any:
 
 
 def started(
-    values: Mapping[str, object] = NONE_CHANGED,
-    target: HandTarget | None = None,
-    tracker: str = "beam",
-    **scene: object,
+    values: Values = NONE_CHANGED, target: HandTarget | None = None, tracker: str = "beam", **scene: object
 ) -> HandState:
     """Return the state of frame `FIRST`, where the target is, or another one."""
     begin, parameters = frame(FIRST, **scene), revise(DEFAULTS, values)
     return TRACKERS[tracker].start(target or begin.target, begin, parameters, Stream(SEED, 0, Purpose.START))
 
 
-def stepped(
-    state: HandState, shown: Frame, values: Mapping[str, object] = NONE_CHANGED, tracker: str = "beam"
-) -> HandState:
+def stepped(state: HandState, shown: Frame, values: Values = NONE_CHANGED, tracker: str = "beam") -> HandState:
     return TRACKERS[tracker].step(state, shown, revise(DEFAULTS, values), Stream(SEED, shown.index, Purpose.TRACK))
 
 
-def tracked(tracker: str, last: int, values: Mapping[str, object] = NONE_CHANGED, **scene: object) -> list[HandState]:
+def tracked(tracker: str, last: int, values: Values = NONE_CHANGED, **scene: object) -> list[HandState]:
     """Return the states of the frames from `FIRST` to `last`."""
     states = [started(values, None, tracker, **scene)]
     for index in range(FIRST + 1, last + 1):
@@ -105,7 +101,6 @@ def test_a_hand_that_comes_nearer_is_seen_to_grow() -> None:
 
 # A frame of the particle filter of a hand.
 
-COUNT = 40
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 POSE = open_pose((100.0, 137.0))
 
@@ -116,7 +111,7 @@ def test_a_hand_that_stands_still_is_held() -> None:
     Parents are drawn by weight, so one without weight has no children, and each child keeps its parent's pose.
     """
     states, log_weights = np.tile(POSE, (3, 2)), np.array([-np.inf, np.log(0.5), np.log(0.5)])
-    found = sample(states, log_weights, states[:, :2].copy(), COUNT, 0.5, sight(POSE, length=20), TASK, 0, 1)
+    found = sample(states, log_weights, states[:, :2].copy(), 40, 0.5, sight(POSE, length=20), TASK, 0, 1)
     assert np.exp(found.log_weights).sum() == pytest.approx(1.0)
     poses = found.states[:, :25]
     assert ((poses >= LOW) & (poses <= HIGH)).all()
