@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry import rotation
 from pftrack.core.model.drawing import COLOURS, Drawing, Frustum, Links, Mesh, Text
 from pftrack.core.model.recipe import Change
@@ -19,7 +19,6 @@ from pftrack.vision.face import FEATURES
 from tests.experiments.head.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])
-Floats = NDArray[np.float64]
 
 
 @cache
@@ -48,8 +47,7 @@ def camera_of(drawing: Drawing) -> Frustum:
 
 
 def links(drawing: Drawing, name: str) -> Floats:
-    item = drawing.primitives[name]
-    return item.segments.astype(np.float64)
+    return drawing.primitives[name].segments.astype(np.float64)
 
 
 @BOTH

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import multivariate_normal, norm
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.matrices import pinhole
@@ -28,7 +28,6 @@ from pftrack.filters.affine import ENTRY_NOISE, AffineLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import SCATTER_PX, RaoBlackwell
 
-Numbers = NDArray[np.float64]
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
 SCALE = FOCAL / PLACE[2]
 SOLID = Solid(VERTICES_MM, np.column_stack([SCALE * np.eye(2, 3), PRINCIPAL]), FOCAL, PRINCIPAL, PLACE)
@@ -46,7 +45,7 @@ SMALL = parameters(sample_count=60, joint_sample_count=500)
 METHODS: tuple[pose.Method, ...] = ("pf-asd", "alpha-1", "alpha-0", "rb-pf")
 
 
-def seen_at(frame: int, seed: int = 0) -> Numbers:
+def seen_at(frame: int, seed: int = 0) -> Floats:
     """What is measured of vertices that drift away, with noise."""
     return AT_START + frame * DRIFT + NOISE_PX * np.random.default_rng((seed, frame)).standard_normal((8, 2))
 
@@ -57,7 +56,7 @@ def log_likelihood(frame: int, noise_px: float = NOISE_PX) -> "pose.FeatureLikel
 
 
 def begun(
-    method: pose.Method, given: PoseTrackerParameters, seen: Numbers = AT_START, theta: Gaussian | None = None
+    method: pose.Method, given: PoseTrackerParameters, seen: Floats = AT_START, theta: Gaussian | None = None
 ) -> PoseState:
     belief = pose.begin(SOLID, seen, given, method, Stream(7, 0, Purpose.START), theta=theta)
     return PoseState(SOLID, belief, belief.pose, np.ones(8, np.bool_))
@@ -91,8 +90,8 @@ def unnormalised(variance: float) -> float:
 
 
 def weighed(
-    prior: Numbers, variances: Numbers | float, seen: Numbers, noise_px: float = NOISE_PX
-) -> tuple[Numbers, Numbers]:
+    prior: Floats, variances: Floats | float, seen: Floats, noise_px: float = NOISE_PX
+) -> tuple[Floats, Floats]:
     """Return the log evidences (8,) and the means (8, 2) of Gaussian features (8, 2) that were seen with some noise."""
     total = variances + noise_px**2
     evidence = norm.logpdf(seen, prior, np.sqrt(total)) + unnormalised(noise_px**2)
@@ -332,7 +331,7 @@ def test_nothing_is_lost_where_nothing_changes(kind: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
-    """Numbers of particles add up, the effective sample size lies between its bounds, and no series is undeclared.
+    """Floats of particles add up, the effective sample size lies between its bounds, and no series is undeclared.
 
     The deviation of a feature is that of one axis: the root of the mean of both variances.
     """
