@@ -55,8 +55,7 @@ def tracking(alter: Callable[[Any, Frame], dict[str, Any]]) -> Experiment:
 
     def step(state: Any, frame: Frame, parameters: Any, rng: Any) -> Altered:
         within = state.within if isinstance(state, Altered) else state
-        made = KALMAN.step(within, frame, parameters, rng)
-        return Altered(made, **alter(state, frame))
+        return Altered(KALMAN.step(within, frame, parameters, rng), **alter(state, frame))
 
     return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(KALMAN, step=step)})
 
@@ -74,8 +73,8 @@ def changing_now(change: Callable[[int], dict[str, Any]]) -> Experiment:
     """Return an experiment whose drawings have one primitive with other fields, by the frame."""
 
     def alter(drawn: Any, step: Step, *_: Any) -> Any:
-        changed = replace(drawn.primitives["now"], **change(step.diagnostics.frame))
-        return replace(drawn, primitives={**drawn.primitives, "now": changed})
+        changed = {"now": replace(drawn.primitives["now"], **change(step.diagnostics.frame))}
+        return replace(drawn, primitives={**drawn.primitives, **changed})
 
     return drawing(alter)
 
@@ -175,9 +174,9 @@ def changing_states() -> Experiment:
         kept[:] += 1
         return {"arrays": lambda: {"kept": kept}}
 
-    start = tracking(alter).trackers["kalman"]
     begin = lambda *given: Altered(KALMAN.start(*given), arrays=lambda: {"kept": kept})  # noqa: E731 - a stub
-    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(start, start=begin)})
+    tracker = replace(tracking(alter).trackers["kalman"], start=begin)
+    return replace(SOUND, trackers={**SOUND.trackers, "kalman": tracker})
 
 
 def jealous_trackers() -> Experiment:
@@ -199,8 +198,7 @@ def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
         done = tracker.fold(*given)  # type: ignore[misc] # this one has it
         return done and replace(done, **alter(done))
 
-    trackers = {"h-spf": replace(tracker, fold=fold)}
-    return replace(BALL, trackers=trackers, quality=Quality(Calibration()))
+    return replace(BALL, trackers={"h-spf": replace(tracker, fold=fold)}, quality=Quality(Calibration()))
 
 
 def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
@@ -211,15 +209,13 @@ def measuring(**other: Any) -> Experiment:
     return replace(SOUND, measured=Measured(measures=(replace(PICTURE_MEASURES[0], **other),)))
 
 
-BOOTSTRAP = TRACKERS["condensation"]
-SIGNAL = type(BOOTSTRAP.model)
+SIGNAL = type(TRACKERS["condensation"].model)
 
 
 def believing(tracker: str, **other: Any) -> Experiment:
     """Return an experiment of one tracker, whose model differs from the sound one."""
     model = type("Broken", (SIGNAL,), other)()
-    trackers = {tracker: replace(TRACKERS[tracker], model=model)}
-    return replace(SOUND, trackers=trackers, presets=())
+    return replace(SOUND, trackers={tracker: replace(TRACKERS[tracker], model=model)}, presets=())
 
 
 def heavier(model: Any, state: Any) -> Any:
@@ -227,12 +223,7 @@ def heavier(model: Any, state: Any) -> Any:
     return replace(cloud, log_weights=cloud.log_weights + 1.0)
 
 
-def doubled(model: Any, *asked: Any) -> Any:
-    return 2.0 * SIGNAL.log_likelihood(model, *asked)
-
-
-def impossible(model: Any, states: Any, *asked: Any) -> Any:
-    del model, asked
+def impossible(_model: Any, states: Any, *_: Any) -> Any:
     return np.full(len(states), -np.inf)
 
 
@@ -296,7 +287,7 @@ class Anywhere(Disc):
     """Fits every picture."""
 
     def check(self, size: tuple[int, int]) -> None:
-        del size
+        """Refuse nothing."""
 
 
 def marked(*kinds: type[Mark], experiment: Experiment = BALL) -> Experiment:
@@ -333,10 +324,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: displaying(SOUND, layers=SOUND.display.layers * 2),
         "layers must have unique names, got twice",
     ),
-    "its measures are declared whole": (
-        lambda: measuring(description="inside"),
-        "the description of the measure inside_share must be a sentence that ends in '.', got 'inside'",
-    ),
+    "its measures are declared whole": (lambda: measuring(description="inside"), "must be a sentence .*, got 'inside'"),
     "estimates are finite and as long as positions are": (
         lambda: tracking(lambda *_: {"estimate": np.zeros(2)}),
         r"the estimate of frame 1 must have the shape \(1,\), got \(2,\)",
@@ -344,7 +332,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "its states are values": (changing_states, "kept of the state of frame 0 changed"),
     "measures are a number a frame": (
         lambda: measuring(frames=lambda _: np.zeros(3)),
-        "the measure inside_share must give numbers .*, one a frame, got float64",
+        "must give numbers .*one a frame",
     ),
     "series are as declared": (
         lambda: replace(SOUND, measured=Measured(measure=lambda frame, _: {f"s{frame.index}": 1.0})),
@@ -356,46 +344,25 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
     "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),
-    "another process gives the same numbers": (
-        lambda: replace(SOUND, id="unlisted"),
-        "another process cannot compute the run: .*got 'unlisted'",
-    ),
+    "another process gives the same numbers": (lambda: replace(SOUND, id="unlisted"), "cannot compute .*'unlisted'"),
     "a batch gives the numbers of live runs": (
         lambda: folding(lambda done: {"estimates": done.estimates + 1e-9}),
         "a batch gives other estimates than a live run",
     ),
-    "any tracker takes over from any other": (
-        jealous_trackers,
-        r"the estimate of frame \d is \(nan,\) after the tracker changed",
-    ),
+    "any tracker takes over from any other": (jealous_trackers, r"frame \d is \(nan,\) after the tracker changed"),
     "seeking gives the same numbers": (hidden_state, "a run that seeks to and fro must reach the same estimates"),
     "a branch shares the past and gives the same numbers": (hidden_state, "a branch that changes nothing must give"),
-    "what only smooths changes no estimate": (
-        lambda: declaring(Smoothed),
-        "a branch in which Process noise, which only smooths, is 1e-06 must give the same estimates",
-    ),
+    "what only smooths changes no estimate": (lambda: declaring(Smoothed), "which only smooths, is 1e-06 must give"),
     "a saved run gives the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
-    "its kinds of mark describe themselves": (
-        lambda: marked(Disc, experiment=SOUND),
-        "takes no recordings, and has 1 kinds of mark",
-    ),
-    "bad marks are refused with their field": (
-        lambda: marked(Anywhere),
-        "must be refused in a picture of 320 x 240 px, and was accepted",
-    ),
+    "its kinds of mark describe themselves": (lambda: marked(Disc, experiment=SOUND), "no recordings, and has 1 kind"),
+    "bad marks are refused with their field": (lambda: marked(Anywhere), "of 320 x 240 px, and was accepted"),
     "marks survive their JSON and can be drawn": (lambda: marked(Elsewhere), "be drawn on the layer 'mark', got"),
     "drawings keep to the picture and to declared layers": (
         lambda: changing_now(lambda _: {"layer": "secret"}),
         "now is drawn on the undeclared layer 'secret'",
     ),
-    "what is drawn in a world keeps to it": (
-        lambda: in_world(AFAR),
-        "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
-    ),
-    "a film of its scene is tracked from a mark": (
-        lambda: wired(refusing),
-        "a box of the scene's own target in picture 0 must be taken, and is refused: too dark",
-    ),
+    "what is drawn in a world keeps to it": (lambda: in_world(AFAR), "within 5 mm of .* 'space', got 7 mm"),
+    "a film of its scene is tracked from a mark": (lambda: wired(refusing), "must be taken, and is refused: too dark"),
     "its loss probability rises when it searches, or when little is like its target": (
         told_by_likeness,
         "the loss probability of condensation must not fall when nothing is like its target",
@@ -404,12 +371,9 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: losing(SOUND, "kalman", LossModel(("evidence",), Logistic((), (), (), 0.0))),
         "the loss probability of kalman must weigh 6 features, got 0",
     ),
-    "particles can be laid open": (
-        lambda: believing("condensation", cloud=heavier),
-        "weights of particles must sum to 1 in frame 1",
-    ),
+    "particles can be laid open": (lambda: believing("condensation", cloud=heavier), "must sum to 1 in frame 1"),
     "a likelihood can be asked at any state, and says what the filter weighs by": (
-        lambda: believing("condensation", log_likelihood=doubled),
+        lambda: believing("condensation", log_likelihood=lambda *asked: 2.0 * SIGNAL.log_likelihood(*asked)),
         "the likelihood differs from the weights that the filter gave in frame 1 by",
     ),
     "a linear model is that of the filter, and its noises are scaled as declared": (
@@ -420,14 +384,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: believing("condensation", axes=(0, 1), weighs=False, log_likelihood=impossible),
         "a likelihood must be possible somewhere in the picture",
     ),
-    "other seeds from a frame on are a branch with these seeds": (
-        hidden_state,
-        "runs that continue from frame .* give other errors than a branch",
-    ),
-    "every change that is tried of a run can be computed": (
-        lambda: tracking_with(choosy),
-        "must be computed, got ValueError: only .001 will do",
-    ),
+    "other seeds from a frame on are a branch with these seeds": (hidden_state, "frame .* other errors than a branch"),
+    "every change that is tried of a run can be computed": (lambda: tracking_with(choosy), "only .001 will do"),
     "a drawing holds what can be shown": (
         lambda: changing_now(lambda _: {"width": math.nan}),
         "now in frame 0 cannot be shown: width must be a finite number that is not negative, got nan",

@@ -42,9 +42,7 @@ def checks_of(experiment: Experiment) -> dict[str, Check]:
 class Formula(SineParameters, group="Signal"):
     """A description with a symbol in place of words."""
 
-    observation_noise_sd: float = parameter(
-        0.1, "Observation noise", "Noise sigma_z on what is seen.", within=(0.05, 0.5, 0.05)
-    )
+    observation_noise_sd: float = parameter(0.1, "Noise", "Noise sigma_z on what is seen.", within=(0.05, 0.5, 0.05))
 
 
 class Undescribed(Disc):
@@ -74,6 +72,10 @@ def crashing(*_: Any, **__: Any) -> Any:
     raise ZeroDivisionError("somewhere")
 
 
+def picturing() -> Experiment:
+    return replace(BALL, draw=lambda *given: replace(BALL.draw(*given), primitives={"p": Picture(np.zeros(3))}))
+
+
 def shorter(setup: Any) -> Any:
     def open_source(seed: int, parameters: Any) -> Any:
         source = setup.open_source(seed, parameters)
@@ -95,25 +97,22 @@ def at_sea() -> Experiment:
     return replace(wiring(lambda setup: replace(setup, beside=None)), trackers=trackers)
 
 
-MARK = Box.of(50, 110, 20, 20).model_dump(mode="json")
+UNKNOWN = Footage(sha256="0" * 64, mark=Box.of(50, 110, 20, 20).model_dump(mode="json"))
 PARAMETERS, MEASURES = "its parameters are declared whole", "its measures are declared whole"
 WORLD, BANDS = "what is drawn in a world keeps to it", "bands hold the truth as often as they say"
 MARKS, FILM = "its kinds of mark describe themselves", "a film of its scene is tracked from a mark"
+PRESETS, BATCH = "its presets run", "a batch gives the numbers of live runs"
 ALSO: list[tuple[str, Callable[[], Experiment], str]] = [
     *((name, *case) for name, case in BROKEN.items()),
     (
-        "its presets run",
+        PRESETS,
         lambda: replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
         r"the name of a preset must be .*, got '\.\./works'",
     ),
     (MEASURES, lambda: measuring(name="error"), "every sweep has error: a measure must have another name"),
     (MEASURES, lambda: measuring(name="../curves"), r"the name of a measure must be .*, got '\.\./curves'"),
     (PARAMETERS, lambda: broken.declaring(Formula), r"the help of observation_noise_sd must be in words, .*sigma_z"),
-    (
-        "a batch gives the numbers of live runs",
-        lambda: broken.folding(lambda _: {"series": {}}),
-        r"another observation_share than a live run .*: None for 0",
-    ),
+    (BATCH, lambda: broken.folding(lambda _: {"series": {}}), "another observation_share than .*: None for 0"),
     (WORLD, lambda: broken.displaying(broken.in_world(AFAR), worlds=()), "are declared, none, got space"),
     (WORLD, lambda: broken.displaying(SOUND, worlds=(replace(SPACE, unit=""),)), "a name, a title and a unit"),
     (WORLD, lambda: bodies(np.diag([1, np.nan, 1])), "covariances of it in frame 0 must be finite"),
@@ -131,18 +130,10 @@ ALSO: list[tuple[str, Callable[[], Experiment], str]] = [
     ),
     (FILM, lambda: suiting(lambda *_: Suitability(0.5, "Fine.")), r"must be clauses without full stops, got 'Fine\.'"),
     (FILM, lambda: wired(crashing), "must be taken or refused by a ValueError, got ZeroDivisionError: somewhere"),
-    (
-        FILM,
-        lambda: wiring(lambda setup: replace(setup, footage=Footage(sha256="0" * 64, mark=MARK))),
-        "the footage of a recording with a box must have the hash of its file, got",
-    ),
+    (FILM, lambda: wiring(lambda setup: replace(setup, footage=UNKNOWN)), "with a box must have the hash of its file"),
     (FILM, lambda: wiring(shorter), "has 8 pictures to track, and the run has 7 frames"),
     (FILM, at_sea, r"the estimate in frame 0 of a recording with a box with the tracker h-spf is \(nan, nan\)"),
-    (
-        FILM,
-        lambda: replace(BALL, draw=lambda *given: replace(BALL.draw(*given), primitives={"p": Picture(np.zeros(3))})),
-        "p in frame 0 of a recording with a box .* cannot be shown: image_rgb must be",
-    ),
+    (FILM, picturing, "p in frame 0 of a recording with a box .* cannot be shown: image_rgb must be"),
 ]
 
 
