@@ -9,8 +9,6 @@ import pftrack
 from pftrack.analysis.diagnosis.course import course_of
 from pftrack.core.model.series import Series
 
-RUN = pftrack.run("ball", tracker="kalman", frames=3)
-
 
 def test_parts_count_by_their_mean() -> None:
     """The fit of a likeness of several parts is the mean of the known ones; few parts in sight are a hidden target."""
@@ -22,10 +20,8 @@ def test_parts_count_by_their_mean() -> None:
         {"alike": (0.4, float("nan")), "seen": (0.0, 1.0, 0.0)},
         {"alike": (), "seen": (0.0, 0.0, 0.0)},
     ]
-    rows = [
-        replace(row, series={**values, "differs": 7.0}, hidden=False)
-        for row, values in zip(RUN.diagnostics, said, strict=True)
-    ]
+    seen = zip(pftrack.run("ball", tracker="kalman", frames=3).diagnostics, said, strict=True)
+    rows = [replace(row, series={**values, "differs": 7.0}, hidden=False) for row, values in seen]
     course = course_of(rows, declared, unit="px")
     np.testing.assert_array_equal(course.fit, [0.75, 0.4, np.nan])
     np.testing.assert_array_equal(course.hidden, [0, 1, 1])

@@ -11,9 +11,8 @@ def finding(alternative: Alternative, held: str, step_ms: float = 1.0) -> Findin
     return Finding(alternative, {seed: it == "+" for seed, it in enumerate(held)}, 1000, step_ms)
 
 
-GOOD, SAME, DEAR, UNKNOWN = (
-    Alternative("noise", name, {name: 1}, name) for name in ("good", "same", "dear", "unknown")
-)
+NAMES = "good", "same", "dear", "unknown"
+GOOD, SAME, DEAR, UNKNOWN = (Alternative("noise", name, {name: 1}, name) for name in NAMES)
 
 
 def report(planned: int = 3, *, complete: bool = True) -> Report:

@@ -29,12 +29,7 @@ def test_vot_may_have_corners(tmp_path: Path, colour: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("1,2,3", "4 numbers"),
-        ("1,2,0,4", "no box with an area"),
-        ("", "is not a sequence"),
-    ],
+    ("text", "said"), [("1,2,3", "4 numbers"), ("1,2,0,4", "no box with an area"), ("", "is not a sequence")]
 )
 def test_what_is_no_box_or_no_sequence_is_refused(tmp_path: Path, text: str, said: str) -> None:
     """A refusal names the file, and the line or what is missing; so is a folder without any, and one that is none."""

@@ -147,9 +147,8 @@ def test_published_tests_take_runs_for_independent(finished: Result) -> None:
         first, second = (maps[it] for it in TRACKERS)
         expected = chi_square(first.successes, first.judged, second.successes, second.judged).ravel()
         if name == "error":
-            expected = np.array(
-                [rank_sum(*pair).p_value for pair in zip(*(values.values[it] for it in TRACKERS), strict=True)]
-            )
+            pairs = zip(*(values.values[it] for it in TRACKERS), strict=True)
+            expected = np.array([rank_sum(*pair).p_value for pair in pairs])
         assert found.test == {"success": "chi-square", "error": "rank-sum"}[name]
         assert found.p_values.ravel() == pytest.approx(expected, nan_ok=True)
     with pytest.raises(SweepError, match="no tracker 'apf'"):

@@ -16,8 +16,6 @@ def seen(seed: int, index: int, **values: object) -> tuple[scene.LinkageTarget, 
     """Return the truth of a frame of a scene and its measurements."""
     parameters = scene.LinkageSceneParameters.model_validate(values)
     frame = scene.LinkageSource(seed, parameters).frame(index, History(((0, parameters),)))
-    assert isinstance(frame.target, scene.LinkageTarget)
-    assert frame.measurements is not None
     return frame.target, frame.measurements
 
 
@@ -80,16 +78,14 @@ def test_outliers_are_as_far_off_and_as_frequent_as_they_are_said_to_be() -> Non
 
 def test_the_estimate_begins_off_the_truth() -> None:
     """Angles are off by at most what is said, differently by seed; lengths by what is said exactly."""
-    crossing = scene.LinkageSceneParameters(
-        chain_path="cross", start_angle_rad=0.2, start_length_1_px=5, start_length_3_px=-9
-    )
+    off = {"start_angle_rad": 0.2, "start_length_1_px": 5, "start_length_3_px": -9}
+    crossing = scene.LinkageSceneParameters(chain_path="cross", **off)
     sources = [scene.LinkageSource(seed, crossing) for seed in range(20)]
     for source in sources:
         np.testing.assert_allclose(source.start.r - source.target(0).r, [5.0, 0.0, -9.0])
     assert 0.15 < np.abs([source.start.theta - source.target(0).theta for source in sources]).max() <= 0.2
     space = scene.LinkageSource(3, scene.LinkageSceneParameters(chain_path="3d", start_angle_rad=0.08))
     assert space.start.theta[0] == 0.0
-    assert space.start.omega is not None
     assert 0.0 < np.abs(scene.in_radians(space.start.position - space.target(0).position)).max() <= 0.08
 
 
@@ -145,9 +141,8 @@ def test_a_link_shows_no_line_behind_the_occluder_or_on_end() -> None:
 def test_a_slower_chain_takes_the_same_path() -> None:
     """Four times as slow, every fourth frame has the pose of one, and the run is as much longer."""
     for path in ("two", "3d"):
-        usual, slow = (
-            scene.LinkageSource(0, scene.LinkageSceneParameters(chain_path=path, path_slowing=by)) for by in (1, 4)
-        )
+        scenes = (scene.LinkageSceneParameters(chain_path=path, path_slowing=by) for by in (1, 4))
+        usual, slow = (scene.LinkageSource(0, each) for each in scenes)
         assert slow.frame_count == 4 * (scene.LENGTH[path] - 1) + 1
         for index in (0, 17, scene.LENGTH[path] - 1):
             assert np.array_equal(slow.target(4 * index).position, usual.target(index).position)
@@ -204,8 +199,7 @@ def test_bounds_are_inequalities() -> None:
     assert rows[5].tolist() == [0, 1, -1, 0, 0, 0]
     assert (low[5], high[5]) == (-0.5, 0.5)
     assert not rows[:, 0].any()
-    tight = model.Bounds(
-        (0.0, 0.0, 0.0), (2.0, 1.5, 1.5), (0.8, 0.5), bounds.length_low, bounds.length_high, (40.0, 10.0)
-    )
+    lengths = bounds.length_low, bounds.length_high
+    tight = model.Bounds((0.0, 0.0, 0.0), (2.0, 1.5, 1.5), (0.8, 0.5), *lengths, (40.0, 10.0))
     assert len(tight.constraints(in_space=False).rows) == 10
     assert len(tight.constraints(in_space=True).rows) == 8

@@ -6,23 +6,15 @@ from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.experiments.prism.scene import (
-    FRAMES,
-    REAR,
-    VERTICES_MM,
-    PrismParameters,
-    PrismSource,
-    Sight,
-    sight,
-    visible_faces,
-)
+from pftrack.experiments.prism import scene
+from pftrack.experiments.prism.scene import FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, sight
 
 SCENE = PrismParameters()
 
 
-def sights(**values: object) -> list[Sight]:
-    scene = revise(SCENE, values)
-    return [sight(0, t, scene) for t in range(FRAMES)]
+def sights(**values: object) -> list[scene.Sight]:
+    given = revise(SCENE, values)
+    return [sight(0, t, given) for t in range(FRAMES)]
 
 
 def test_rear_vertices_hide_as_often_as_they_should() -> None:
@@ -61,7 +53,14 @@ def test_the_motion_is_that_of_the_study() -> None:
     """Angles and translation are the sinusoids of docs/methods/adaptive.md; at first it faces the camera."""
     still = sight(0, 0, SCENE)
     assert not still.theta_rad.any()
-    assert visible_faces(still.theta_rad, still.translation_mm).tolist() == [True, False, True, True, False, False]
+    assert scene.visible_faces(still.theta_rad, still.translation_mm).tolist() == [
+        True,
+        False,
+        True,
+        True,
+        False,
+        False,
+    ]
     for t, now in enumerate(sights(translation=1)):
         u = t / 625
         theta = [20 * np.sin(6 * np.pi * u), 40 * np.sin(8 * np.pi * u), 15 * np.sin(4 * np.pi * u)]

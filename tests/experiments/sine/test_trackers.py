@@ -15,10 +15,8 @@ from pftrack.experiments.sine.experiment import TRACKERS, SignalSource, SignalTr
 
 START = 0.7
 SPREAD, STEP, NOISE = 0.3, 0.05, 0.2
-PARAMETERS = revise(
-    SignalTrackerParameters(), {"process_noise_sd": STEP, "assumed_noise_sd": NOISE, "initial_sd": SPREAD}
-)
-KALMAN, SAMPLED = TRACKERS["kalman"], TRACKERS["condensation"]
+VALUES = {"process_noise_sd": STEP, "assumed_noise_sd": NOISE, "initial_sd": SPREAD}
+PARAMETERS = revise(SignalTrackerParameters(), VALUES)
 
 
 def frames(values: Sequence[Sequence[float]]) -> list[Frame]:
@@ -110,7 +108,7 @@ def test_the_kalman_filter_continues_exactly_after_particles(seen: list[Frame]) 
     exact = followed("kalman", seen, PARAMETERS)
     state = followed("condensation", seen[:6], PARAMETERS)[-1]
     for frame, known in zip(seen[6:], exact[7:], strict=True):
-        state = KALMAN.step(state, frame, PARAMETERS, Stream(0, frame.index, Purpose.TRACK))  # type: ignore[assignment]
+        state = TRACKERS["kalman"].step(state, frame, PARAMETERS, Stream(0, frame.index, Purpose.TRACK))  # type: ignore[assignment]
         assert np.array_equal(state.posterior.mean, known.posterior.mean)
         assert np.array_equal(state.posterior.covariance, known.posterior.covariance)
         assert state.particles is None

@@ -89,15 +89,13 @@ def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int
 
 # Lesson 8's closed forms against integrals and draws.
 
-MEAN, SD = importance.MEAN, importance.SD
-
 
 @pytest.mark.parametrize("proposal", [Proposal(0, 2), Proposal(-1, 0.8)])
 @pytest.mark.parametrize("order", [2, 4])
 def test_moments_of_the_weight_are_integrals(proposal: Proposal, order: int) -> None:
     """E_q[(p/q)^k] is the integral of p^k / q^(k - 1)."""
     x = np.linspace(-12.0, 14.0, 20_001)
-    p, q = normal(x, MEAN, SD), normal(x, proposal.centre, proposal.spread)
+    p, q = normal(x, importance.MEAN, importance.SD), normal(x, proposal.centre, proposal.spread)
     with np.errstate(divide="ignore", invalid="ignore"):
         integrand = np.where(p > 0, p * (p / q) ** (order - 1), 0.0)
     assert proposal.moment(order) == pytest.approx(np.trapezoid(integrand, x), rel=1e-9)
@@ -124,10 +122,8 @@ def test_the_scatter_is_as_stated(proposal: Proposal, count: int) -> None:
 
 # Lesson 10: systematic and multinomial resampling, and the ancestors that remain.
 
-SCHEMES: tuple[resampling.Scheme, ...] = "systematic", "stratified", "multinomial"
 
-
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ["systematic", "stratified", "multinomial"])
 @pytest.mark.parametrize("count", [2, 60])
 def test_marks_pick_the_copies_that_are_shown(scheme: resampling.Scheme, count: int) -> None:
     """The count of teeth or darts on each particle's piece equals the copies that the resampler draws.
@@ -193,9 +189,8 @@ COLOUR_LESSON = LESSONS["colour"]
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
     """The run of the question differs from the scenario's own in lambda only."""
-    shown, about = (
-        make(recipe).parameters_at(0) for recipe in (COLOUR_LESSON.body.recipe, question_recipe(COLOUR_LESSON))
-    )
+    recipes = COLOUR_LESSON.body.recipe, question_recipe(COLOUR_LESSON)
+    shown, about = (make(recipe).parameters_at(0) for recipe in recipes)
     assert (shown.sharpness, about.sharpness) == (20, 200)
     assert shown.model_copy(update={"sharpness": 200}) == about
 
