@@ -22,13 +22,10 @@ GREY = (110, 110, 110)
 CLIPS = ROOT / ".." / "shared" / "data"
 
 
-def of(
-    sequence: FrameSequence, box: Box, values: Mapping[str, object] | None = None, experiment: Experiment = BALL
-) -> Suitability:
+def of(sequence: FrameSequence, box: Box, experiment: Experiment = BALL, **values: object) -> Suitability:
     """Return the suitability of the target in a box for the trackers of a ball, or of another experiment."""
     setup = experiment.video.on_video(sequence, box)
-    assert setup.footage is not None
-    return experiment.video.suits(sequence, setup.footage, revise(setup.parameters, values or {}))
+    return experiment.video.suits(sequence, setup.footage, revise(setup.parameters, values))
 
 
 def painted(target: tuple[int, int, int], ground: tuple[int, int, int] = GREY, count: int = 31) -> Pictures:
@@ -75,10 +72,10 @@ def test_a_part_that_stands_out_is_proposed() -> None:
 
 def test_the_present_parameters_count() -> None:
     """A high background level drowns a red disc, and the advice names a better one."""
-    found = of(painted(RED), DISC, {"background_level": 1.0})
+    found = of(painted(RED), DISC, background_level=1.0)
     assert found.grade == "no verdict"
     assert "a background level of 0.02 separates better" in " ".join(found.advice)
-    other = of(painted((80, 160, 60), (80, 60, 160)), DISC, {"colour_model": "redness"})
+    other = of(painted((80, 160, 60), (80, 60, 160)), DISC, colour_model="redness")
     assert other.grade == "not at all"
     assert "colour model 'chromaticity' separates better" in " ".join(other.advice)
 

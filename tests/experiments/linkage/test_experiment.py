@@ -72,13 +72,11 @@ def test_a_region_is_lost_when_it_excludes_the_truth_and_a_filter_by_its_error()
     assert max(errors("mirror3")) > 11.5
     assert not any(row.lost for row in rows("mirror3"))
     assert [row.lost for row in rows("cross")] == [error > 11.5 for error in errors("cross")]
-    report = LINKAGE.measured.report
-    assert report is not None
-    found = report(rows("mirror3"))
+    found = LINKAGE.measured.report(rows("mirror3"))
     assert found["contained_share"] == 1.0
     assert np.shape(found["intervals_px"]) == (3, 2)
     assert found["max_angle_error_rad"] == pytest.approx(np.deg2rad(max(errors("mirror3"))))
-    assert "contained_share" not in report(rows("cross"))
+    assert "contained_share" not in LINKAGE.measured.report(rows("cross"))
 
 
 def test_bands_of_lengths_are_right_in_the_default_scene_alone() -> None:

@@ -12,20 +12,11 @@ from pftrack.core.model.source import Frame, History, Measurements
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
+from pftrack.experiments.linkage import model
 from pftrack.experiments.linkage import particles as filtering
 from pftrack.experiments.linkage.gaussians import box, from_moments, noise
 from pftrack.experiments.linkage.linearised import linearisation_points, predict
-from pftrack.experiments.linkage.model import (
-    UPRIGHT,
-    describe,
-    log_image_lengths,
-    observe,
-    observed_rows,
-    project,
-    project_slopes,
-    read_observation,
-    slopes,
-)
+from pftrack.experiments.linkage.model import UPRIGHT, observe, observed_rows, project, project_slopes, slopes
 from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageSource, LinkageTarget
 from pftrack.experiments.linkage.sets.space import link_images, places_of
 from pftrack.experiments.linkage.state import LinkageState
@@ -39,29 +30,20 @@ Numbers = NDArray[np.float64]
 THETA, R = np.array([1.0, 0.8, 0.7]), np.array([70.0, 60.0, 50.0])
 ORIGIN = np.array([240.0, 120.0])
 FILTERS = ("ekf", "ekf-truncated", "ekf-mirrors", "ukf")
+START = "start_angle_variance_rad2", "start_rate_variance_rad2", "start_length_variance_px2", "observation_variance_px2"
+
+
+def variances(*values: float) -> dict[str, float]:
+    return dict(zip(START, values, strict=True))
+
+
 LOOSE = {"length_difference_12_px": 100, "length_difference_23_px": 100, "noise_unknown": False}
-NARROW = {
-    **LOOSE,
-    "start_angle_variance_rad2": 1e-4,
-    "start_rate_variance_rad2": 1e-6,
-    "start_length_variance_px2": 1.0,
-    "observation_variance_px2": 1.0,
-}
+NARROW = {**LOOSE, **variances(1e-4, 1e-6, 1.0, 1.0)}
 """Parameters by which a chain is almost linear."""
-WIDE = {
-    "start_angle_variance_rad2": 0.02,
-    "start_rate_variance_rad2": 1e-6,
-    "start_length_variance_px2": 60.0,
-    "observation_variance_px2": 9.0,
-    "acceleration_rad": 1e-3,
-    "noise_unknown": False,
-}
+WIDE = {**variances(0.02, 1e-6, 60.0, 9.0), "acceleration_rad": 1e-3, "noise_unknown": False}
 FREE = {
     **LOOSE,
-    "start_angle_variance_rad2": 0.04,
-    "start_rate_variance_rad2": 1e-3,
-    "start_length_variance_px2": 400.0,
-    "observation_variance_px2": 1.0,
+    **variances(0.04, 1e-3, 400.0, 1.0),
     "acceleration_rad": 0.02,
     "joint_low_deg": -360,
     "joint_high_deg": 360,
@@ -188,8 +170,8 @@ def test_a_gaussian_is_described_alike_whatever_its_attitude() -> None:
     root, turn = 0.1 * rng.normal(size=(17, 17)), quaternion(REFERENCE_RAD)
     mean = np.concatenate([[0.3, -0.2, 0.4], rng.normal(size=11), R])
     chain = from_moments(mean, root @ root.T, turn)
-    before = describe(mean, root @ root.T, turn, turn)
-    for one, other in zip(before, describe(chain.mean, chain.covariance, chain.attitude, turn), strict=True):
+    before = model.describe(mean, root @ root.T, turn, turn)
+    for one, other in zip(before, model.describe(chain.mean, chain.covariance, chain.attitude, turn), strict=True):
         assert one == pytest.approx(other, abs=1e-9)
 
 
@@ -202,21 +184,18 @@ def test_a_box_is_taken_over_as_a_gaussian() -> None:
     assert chain.covariance[3, 3] == DEFAULTS.start_rate_variance_rad2
 
 
-OF_BOTH = "with these ranges of both, got"
-
-
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
         ({"length_1_low_px": 90}, "length_1_low_px must be at most length_1_high_px, 80, got 90"),
-        ({"length_2_low_px": 20, "length_2_high_px": 30}, f"length_difference_12_px must be at least 30 {OF_BOTH} 15"),
         (
-            {"first_joint_low_deg": 150, "joint_difference_12_deg": 20},
-            f"joint_difference_12_deg must be at least 60 {OF_BOTH} 20",
+            {"length_2_low_px": 20, "length_2_high_px": 30},
+            "length_difference_12_px must be at least 30 with these ranges of both, got 15",
         ),
+        ({"first_joint_low_deg": 150, "joint_difference_12_deg": 20}, "joint_difference_12_deg must .* 60 .*, got 20"),
         (
             {"length_1_low_px": 80, "length_2_low_px": 65, "length_3_high_px": 45, "length_difference_23_px": 15},
-            f"length_difference_23_px must be at least 20 {OF_BOTH} 15",
+            "length_difference_23_px must be at least 20 with these ranges of both, got 15",
         ),
     ],
 )
@@ -255,10 +234,7 @@ def test_what_is_not_linear_is_drawn_rightly() -> None:
     assert (np.abs(np.diff(lengths, axis=1)) <= 15.0).all()
 
 
-PATHS = {
-    "through the parallel": np.linspace(0.4, -0.3, 13),
-    "to and fro": 0.6 + 0.5 * np.sin(np.arange(25) / 4.0),
-}
+PATHS = {"through the parallel": np.linspace(0.4, -0.3, 13), "to and fro": 0.6 + 0.5 * np.sin(np.arange(25) / 4.0)}
 """Directions of the first link, rad."""
 
 
@@ -348,7 +324,7 @@ def test_the_true_chain_is_on_its_lines() -> None:
     """Without errors it shows what was seen; distances do not depend on the direction of normals."""
     frame = frame_of(3, measurement_noise_px=0)
     target = frame.target
-    seen = read_observation(frame, target.origin_px, in_space=True)
+    seen = model.read_observation(frame, target.origin_px, in_space=True)
     state = np.concatenate([target.omega, target.t, target.theta[1:], np.zeros(7), target.r])
     rows = observed_rows(seen)
     assert rows.tolist() == [0, 1, *range(6, 14)]
@@ -367,7 +343,7 @@ def test_the_density_of_a_line_does_not_depend_on_how_long_its_link_looks() -> N
         for angle in angles:
             seen[8:10] = [0.0, -np.sin(angle), np.cos(angle)]
             off = project(state, attitude, seen)[8:10, None] - offsets
-            logs = log_image_lengths(state, attitude, seen) - 0.5 * np.square(off / deviation).sum(axis=0)
+            logs = model.log_image_lengths(state, attitude, seen) - 0.5 * np.square(off / deviation).sum(axis=0)
             whole += np.exp(logs).sum()
         whole *= (angles[1] - angles[0]) * (offsets[1] - offsets[0]) / (2 * np.pi * deviation**2)
         assert whole == pytest.approx(1.0, abs=0.01)
@@ -386,7 +362,7 @@ def test_by_lines_all_are_the_kalman_filter_on_what_is_almost_linear(tracker: st
     before = chosen.start(frame.target, frame, parameters, rng)
     chain = before.belief.members[0]
     prior = Gaussian(*predict(chain.mean, chain.covariance, noise(parameters, True)))
-    seen = read_observation(frame, before.origin_px, in_space=True)
+    seen = model.read_observation(frame, before.origin_px, in_space=True)
     rows = observed_rows(seen)
     jacobian = project_slopes(prior.mean, chain.attitude, seen)[rows]
     linear = seen[rows, 0] - project(prior.mean, chain.attitude, seen)[rows] + jacobian @ prior.mean
@@ -413,7 +389,7 @@ def test_the_true_image_of_a_link_is_within_what_lines_say() -> None:
     for index in range(0, 200, 20):
         for shown in ("lines", "lines-and-ends"):
             frame = frame_of(index, links_seen_as=shown, measurement_noise_px=1)
-            seen = read_observation(frame, frame.target.origin_px, in_space=True)
+            seen = model.read_observation(frame, frame.target.origin_px, in_space=True)
             points = frame.target.landmarks.points_px - frame.target.origin_px
             for image, one, other in zip(link_images(seen, 3.0), points[:-1], points[1:], strict=True):
                 off = image.turn[:2, :2] @ (other - one) - image.middle

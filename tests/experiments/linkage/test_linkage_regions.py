@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
@@ -69,10 +68,7 @@ def test_the_truth_is_contained(case: str, tracker: str) -> None:
 @SETS
 def test_a_beginning_outside_the_bounds_is_cut_to_them(tracker: str) -> None:
     """The bounds stay as wide as they were, and the picture reports that the truth is excluded."""
-    setup = LINKAGE.simulate()
-    values = {"true_length_1_px": 110, "start_length_bound_px": 8}
-    setup = Setup(setup.open_source, revise(setup.parameters, values), success=setup.success)
-    run = Run(LINKAGE, setup, tracker=tracker, seed=3, frames=2)
+    run = run_of(tracker, {"true_length_1_px": 110, "start_length_bound_px": 8}, frames=2)
     first = run.diagnostics[0]
     assert first.vector("length_1") == pytest.approx((64.0, 80.0))
     assert first.number("contained") == 0.0
@@ -87,9 +83,8 @@ def next_frame(run: Run, index: int, off_px: np.ndarray) -> Frame:
 
 
 def stepped(run: Run, state: LinkageState, frame: Frame) -> LinkageState:
-    parameters, rng = run.parameters_at(0), Stream(0, frame.index, Purpose.TRACK)
-    after: LinkageState = LINKAGE.trackers[run.tracker].step(state, frame, parameters, rng)
-    return after
+    rng = Stream(0, frame.index, Purpose.TRACK)
+    return LINKAGE.trackers[run.tracker].step(state, frame, run.parameters_at(0), rng)  # type: ignore[return-value]
 
 
 def holds(state: LinkageState, frame: Frame) -> bool:

@@ -7,20 +7,11 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from pftrack.core.geometry import matrix
-from pftrack.experiments.linkage.sets import ellipsoids, regions
+from pftrack.experiments.linkage.sets import ellipsoids, regions, space
 from pftrack.experiments.linkage.sets.cells import cosine_range, label_components, link_cells, observe_in_plane, section
 from pftrack.experiments.linkage.sets.ellipsoids import OUTER
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, region_of
-from pftrack.experiments.linkage.sets.space import (
-    Link,
-    Strip,
-    extent,
-    image,
-    intersect,
-    observe_in_space,
-    rotate,
-    space_cells,
-)
+from pftrack.experiments.linkage.sets.space import Link, Strip, extent, intersect, observe_in_space
 from pftrack.reproduce.linkage_regions import random_shape, sticks_out, values
 
 
@@ -153,6 +144,9 @@ def test_the_ellipsoid_around_a_box_has_its_corners_on_it() -> None:
     assert np.allclose(np.diag(shape), half * half.sum(), atol=1e-6)
 
 
+Triple = tuple[float, float, float]
+
+
 @pytest.mark.parametrize(
     ("centre", "shape", "inside"),
     [
@@ -165,9 +159,7 @@ def test_the_ellipsoid_around_a_box_has_its_corners_on_it() -> None:
         ((0, 0.5, 0), (0.6, 0.2, 0.2), True),
     ],
 )
-def test_an_ellipsoid_lies_in_another_if_all_its_points_do(
-    centre: tuple[float, ...], shape: tuple[float, ...], inside: bool
-) -> None:
+def test_an_ellipsoid_lies_in_another_if_all_its_points_do(centre: Triple, shape: Triple, inside: bool) -> None:
     """The answer is that of the unit ball after any linear map of both."""
     rng = np.random.default_rng(0)
     for _ in range(10):
@@ -179,7 +171,7 @@ def test_an_ellipsoid_lies_in_another_if_all_its_points_do(
 def test_a_box_lies_in_an_ellipsoid_if_its_corners_do() -> None:
     """The ellipsoid around it holds it, and one that is smaller by a thousandth does not."""
     low, high = np.array([-1.0, 2.0]), np.array([3.0, 2.5])
-    region = regions.region_of(low, high)
+    region = region_of(low, high)
     assert ellipsoids.box_in_ellipsoid(low, high, region[0], region[3:] * 1.000001)
     assert not ellipsoids.box_in_ellipsoid(low, high, region[0], region[3:] * 0.999)
 
@@ -241,7 +233,7 @@ def test_one_strip_has_no_end_and_two_that_miss_have_no_point() -> None:
 NOTHING = (-1.0, 0.0, 0.0)
 
 
-def within(region: np.ndarray, points: np.ndarray, *, ellipsoids: bool = True) -> np.ndarray:
+def within(region: np.ndarray, points: np.ndarray, *, ellipsoids: bool) -> np.ndarray:
     """Whether points (m, n) are in a region, as `contains` would have it."""
     slack = 1e-6
     inside = ((points >= region[LOW] - slack) & (points <= region[HIGH] + slack)).all(axis=1)
@@ -317,12 +309,8 @@ def test_runs_of_any_grid_are_those_of_scipy(sizes: tuple[int, ...]) -> None:
 
 FULL = Ways(True, True, True, OUTER)
 BOXES = FULL._replace(ellipsoids=False)
-TREATMENTS = {
-    "full": FULL,
-    "literal": FULL._replace(guided=False),
-    "boxes": BOXES,
-    "unsplit": FULL._replace(splitting=False),
-}
+UNSPLIT = FULL._replace(splitting=False)
+TREATMENTS = {"full": FULL, "literal": FULL._replace(guided=False), "boxes": BOXES, "unsplit": UNSPLIT}
 REFERENCE = matrix(np.array([0.5, -0.4, 0.2]))
 SCALE = 55.0
 
@@ -365,7 +353,7 @@ def test_no_pose_that_fits_is_lost(half_rad: float, ways: Ways) -> None:
         bound = float(rng.choice([0.5, 5.0, 40.0]))
         truth = seen[rng.integers(len(seen))] + rng.uniform(-bound, bound, 2)
         fits = inside[np.abs(seen - truth).max(axis=1) <= bound]
-        grid = space_cells(region, link, truth, np.full(2, bound), 4, ways)
+        grid = space.space_cells(region, link, truth, np.full(2, bound), 4, ways)
         for point in fits:
             off = (point[grid.axes] / SCALE - grid.low[:, 0]) / np.maximum(2 * grid.half, 1e-12)
             place = np.ravel_multi_index(tuple(np.clip(off.astype(int), 0, 3)), (4,) * len(grid.axes))
@@ -379,8 +367,8 @@ def test_the_slopes_are_those_of_the_image() -> None:
     rng, step = np.random.default_rng(0), 1e-6
     for _ in range(20):
         place = np.append(rng.uniform(-1.5, 1.5, 3), rng.uniform(-2, 2))
-        turned, cosine, sine = rotate(REFERENCE, place[:3]), np.cos(place[3]), np.sin(place[3])
-        told = np.array([image(*turned, cosine, sine, k) for k in range(2)])
+        turned, cosine, sine = space.rotate(REFERENCE, place[:3]), np.cos(place[3]), np.sin(place[3])
+        told = np.array([space.image(*turned, cosine, sine, k) for k in range(2)])
         for j, axis in enumerate(np.eye(4)):
             first, last = (directed(at[:3], at[3]) for at in (place - step * axis, place + step * axis))
             assert np.allclose(told[:, 1 + j], (last - first) / (2 * step), atol=1e-8)
@@ -398,7 +386,7 @@ def test_two_sides_of_the_image_make_two_regions() -> None:
     left = observe_in_space(region, link, seen, bound, 9, 8, FULL)
     assert sorted(np.sign(left[:, CENTRE, 3]).tolist()) == [-1.0, 1.0]
     assert len(observe_in_space(region, link, seen, bound, 9, 1, FULL)) == 1
-    assert len(observe_in_space(region, link, seen, bound, 9, 8, TREATMENTS["unsplit"])) == 1
+    assert len(observe_in_space(region, link, seen, bound, 9, 8, UNSPLIT)) == 1
     for ways in (FULL, BOXES):
         assert len(observe_in_space(region, link, np.array([90.0, 10.0]), bound, 5, 8, ways)) == 0
 

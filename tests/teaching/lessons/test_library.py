@@ -84,7 +84,6 @@ def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
     assert find("my-lesson", found.lessons) is lesson
     assert (question_recipe(lesson).seed, question_recipe(lesson).frames) == (4, 12)
     answer = answer_of(lesson)
-    assert isinstance(answer.exact, float)
     assert judge(lesson.question, answer, answer.exact).right
     assert "lost" in judge(lesson.question, answer, 80).words[1]
     assert [check.run().passed for check in lesson.checks] == [True]
@@ -112,10 +111,7 @@ def test_the_right_choice_begins_at_or_below_the_measure(tmp_path: Path) -> None
 
 
 BAD = {
-    "unlocked": (
-        *("[tracker, occlusion_width_px", "[tracker, occlusion_with_px", 12),
-        "`unlocked` names occlusion_with_px, which ball does not have; did you mean occlusion_width_px?",
-    ),
+    "unlocked": ("[tracker, occlusion_width", "[tracker, occlusion_with", 12, "have; did you mean occlusion_width_px?"),
     "experiment": ("\nexperiment: ball", "\nexperiment: bowl", 4, "experiment must be one of ball"),
     "tracker": ("tracker: condensation", "tracker: condensatoin", 5, "did you mean condensation?"),
     "bounds": ("sample_count: 50", "sample_count: 0", 9, "sample_count must be a whole number between"),
@@ -154,9 +150,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("old", "new", "line", "words"), BAD.values(), ids=BAD)
-def test_a_mistake_in_a_file_is_reported_with_line_and_remedy(
-    tmp_path: Path, old: str, new: str, line: int, words: str
-) -> None:
+def test_a_mistake_is_reported_with_line_and_remedy(tmp_path: Path, old: str, new: str, line: int, words: str) -> None:
     """Each message names its line and the remedy, and another file in the folder is still read."""
     (tmp_path / "other.md").write_text(GOOD.replace("my-lesson", "my-other-lesson"))
     found = read(tmp_path, changed(old, new))
