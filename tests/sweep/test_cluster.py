@@ -2,13 +2,13 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -16,11 +16,12 @@ import pytest
 from pftrack.core.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.sequence import Recording, open_sequence
-from pftrack.sweep import Plan, Result, begin, carry_out, resume
+from pftrack.sweep import Plan, Result, carry_out, resume
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.driver import Progress
-from pftrack.sweep.table import Chunks
+from tests.nginx import free_port
 from tests.server.uploads.test_uploads import video
+from tests.sweep.test_driver import cut
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
@@ -48,26 +49,16 @@ class Cluster:
     """
 
     def __init__(self, workers: int) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
+        port = free_port()
         self.address = f"tcp://127.0.0.1:{port}"
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            env=QUIET,
-            start_new_session=True,
-        )
+        pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        command = [sys.executable, "-c", PROGRAM]
+        self._process = subprocess.Popen(command, **pipes, text=True, env=QUIET, start_new_session=True)
         self._start(f"dask_scheduler --host 127.0.0.1 --port {port} --no-dashboard")
         alone = "--nthreads 1 --no-nanny --no-dashboard --death-timeout 60"
         self.workers = [self._start(f"dask_worker {self.address} {alone}") for _ in range(workers)]
 
     def _start(self, line: str) -> int:
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
         self._process.stdin.write(f"{line}\n")
         self._process.stdin.flush()
         return int(self._process.stdout.readline())
@@ -131,11 +122,6 @@ def listening() -> set[object]:
     return {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
 
 
-def begun(plan: Plan, out: Path) -> Path:
-    begin(plan, out).cut(Chunks.of(plan, 4))
-    return out
-
-
 def test_a_worker_is_lost(cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path) -> None:
     """One of two workers is killed in the middle; the other takes over its chunk, and the rows are the same."""
     wait_for(cluster, 2)
@@ -146,7 +132,7 @@ def test_a_worker_is_lost(cluster: Cluster, plan: Plan, finished: Result, tmp_pa
             killed.append(cluster.workers[0])
             os.kill(cluster.workers[0], signal.SIGKILL)
 
-    out = begun(plan, tmp_path / "cluster.parquet")
+    out = cut(plan, tmp_path / "cluster.parquet")
     result = carry_out(None, out, cluster=cluster.address, progress=kill)
     assert killed
     assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")
@@ -160,7 +146,7 @@ def test_a_cluster_goes_away(cluster: Cluster, plan: Plan, finished: Result, tmp
         if progress.done >= 8:
             cluster.end()
 
-    out = begun(plan, tmp_path / "away.parquet")
+    out = cut(plan, tmp_path / "away.parquet")
     with pytest.raises(SweepError, match=rf"the cluster at {cluster.address} went away; what was computed is kept"):
         carry_out(None, out, cluster=cluster.address, progress=end)
     assert len(list(resume(out).folder.glob("0*.parquet"))) >= 2
@@ -173,15 +159,13 @@ def test_without_a_cluster_nothing_is_begun(plan: Plan, tmp_path: Path, monkeypa
 
     Without the package distributed a sentence says what to install.
     """
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    address = f"tcp://127.0.0.1:{free_port()}"
     out = tmp_path / "nobody.parquet"
     before = set(psutil.Process().children())
     with pytest.raises(SweepError, match=rf"no Dask scheduler answers at {address}"):
         carry_out(plan, out, cluster=address)
     assert not list(tmp_path.iterdir())
-    begun(plan, out)
+    cut(plan, out)
     with pytest.raises(SweepError, match="no Dask scheduler answers at nonsense"):
         carry_out(None, out, cluster="nonsense")
     assert set(psutil.Process().children()) <= before

@@ -24,9 +24,10 @@ def figures(result: Result) -> pa.Table:
     return result.table.drop_columns(TIMING)
 
 
-def cut(plan: Plan, out: Path, runs: int) -> None:
-    """Begin a sweep with chunks of a given size."""
+def cut(plan: Plan, out: Path, runs: int = 4) -> Path:
+    """Begin a sweep with chunks of a given size, and return its path."""
     begin(plan, out).cut(Chunks.of(plan, runs))
+    return out
 
 
 def children() -> list[psutil.Process]:
@@ -42,8 +43,7 @@ def test_every_row_opens_as_a_live_run(plan: Plan, finished: Result, tmp_path: P
     """
     assert finished.complete
     assert finished.table["run"].to_pylist() == list(range(plan.runs))
-    cut(plan, tmp_path / "small.parquet", 2)
-    assert figures(carry_out(None, tmp_path / "small.parquet", jobs=2)) == figures(finished)
+    assert figures(carry_out(None, cut(plan, tmp_path / "small.parquet", 2), jobs=2)) == figures(finished)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["small.parquet"]
     for row in finished.table.to_pylist()[::5]:
         live = plan.live(row["run"])
@@ -74,10 +74,8 @@ def test_a_killed_worker_costs_its_chunk_alone(plan: Plan, finished: Result, tmp
             kill_workers(1)
         seen.append(progress.done)
 
-    out, deadly = tmp_path / "killed.parquet", tmp_path / "deadly.parquet"
-    cut(plan, out, 4)
-    assert figures(carry_out(None, out, jobs=2, progress=kill)) == figures(finished)
-    cut(plan, deadly, 4)
+    killed, deadly = (cut(plan, tmp_path / name) for name in ("killed.parquet", "deadly.parquet"))
+    assert figures(carry_out(None, killed, jobs=2, progress=kill)) == figures(finished)
     with pytest.raises(SweepError, match=r"ended its worker 3 times \(killed by SIGKILL\)"):
         carry_out(None, deadly, jobs=2, progress=lambda progress: kill_workers() if progress.done else None)
     assert list(resume(deadly).folder.glob("0*.parquet"))
@@ -95,8 +93,7 @@ def test_a_sweep_that_is_told_to_stop_keeps_what_it_has(plan: Plan, finished: Re
 
     While another process computes it, it is refused.
     """
-    out = tmp_path / "stopped.parquet"
-    cut(plan, out, 4)
+    out = cut(plan, tmp_path / "stopped.parquet")
     seen: list[Progress] = []
     with pytest.raises(SweepStopped):
         carry_out(None, out, progress=seen.append, stop=lambda: bool(seen and seen[-1].done >= 20))
@@ -151,8 +148,7 @@ def test_axes_of_every_kind_are_swept(tmp_path: Path) -> None:
 
 def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path: Path) -> None:
     """When a chunk cannot be written the sweep fails with the system's own words, and goes on when there is room."""
-    out = tmp_path / "full.parquet"
-    cut(plan, out, 4)
+    out = cut(plan, tmp_path / "full.parquet")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def limit(progress: Progress) -> None:

@@ -167,13 +167,12 @@ def test_what_a_sweep_cannot_be_exported_as(finished: Result, tmp_path: Path) ->
 
 
 # The pictures of a report: what they show is where it belongs, and every text has its room.
-COUNTS = Axis("sample_count", (20, 50, 100))
 
 
 @pytest.fixture(scope="module")
 def counted(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A sweep with one axis of numbers."""
-    plan = Plan("ball", (COUNTS,), ("h-spf", "s-spf"), trials=6, frames=10)
+    plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
     with without_a_pool():
         return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
 
@@ -300,9 +299,8 @@ def test_the_page_needs_nothing_else(report: Report, finished: Result) -> None:
             assert f"<td>{cell}</td>" in text
     (pair,) = Study.of(finished).comparisons["success"]
     codes = pair.significance(0.2).codes
-    first, second, untested = (
-        int((codes == it).sum()) for it in (Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_APPLICABLE)
-    )
+    kinds = Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_APPLICABLE
+    first, second, untested = (int((codes == it).sum()) for it in kinds)
     assert "up to 20 % come out as significant by chance" in text
     assert f"<span>h-spf {first}, condensation {second} of {codes.size - untested} tested</span>" in text
 
