@@ -13,19 +13,13 @@ from pftrack.teaching.lessons.lesson import Demonstration, Lesson
 DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
 
 
-def demonstration(lesson: Lesson) -> Demonstration:
-    assert isinstance(lesson.body, Demonstration)
-    return lesson.body
-
-
 def shown(lesson: Lesson, **changes: Value) -> Shown:
-    body = demonstration(lesson)
-    return body.show(revise(body.parameters, changes), body.seed)
+    return lesson.body.show(revise(lesson.body.parameters, changes), lesson.body.seed)
 
 
 def asked_at(lesson: Lesson) -> Parameters:
     """Return the parameters of the question."""
-    return revise(demonstration(lesson).parameters, lesson.question.at)
+    return revise(lesson.body.parameters, lesson.question.at)
 
 
 def extremes(declaration: Declaration) -> tuple[Value, ...]:
@@ -49,7 +43,7 @@ def extremes(declaration: Declaration) -> tuple[Value, ...]:
 
 def corners(lesson: Lesson) -> Iterator[dict[str, Value]]:
     """Yield the defaults with one parameter at an extreme; then all at their first, and all at their last."""
-    declared = declarations(type(demonstration(lesson).parameters))
+    declared = declarations(type(lesson.body.parameters))
     for each in declared:
         yield from ({each.name: value} for value in extremes(each))
     yield {each.name: extremes(each)[0] for each in declared}

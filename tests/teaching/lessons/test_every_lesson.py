@@ -12,7 +12,7 @@ from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.figure import Number
 from pftrack.teaching.lessons.lesson import Answer, Lesson, Question, Scenario, answer_of, judge, poll_answers
-from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, shown
 
 SLOW = {"wide-random-walk"}
 """Checks that repeat long runs; the same lesson has quick ones of the same kind."""
@@ -22,7 +22,6 @@ CHECKS = [
     for name, lesson in LESSONS.items()
     for check in lesson.checks
 ]
-NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
 @pytest.fixture(params=LESSONS)
@@ -51,7 +50,7 @@ def test_every_sentence_is_there_and_ends(lesson: Lesson) -> None:
     assert [sentence for sentence in sentences if not sentence.endswith((".", "?"))] == []
     names = [check.name for check in lesson.checks]
     assert len(set(names)) == len(names) > 0
-    assert all(NAME.fullmatch(name) for name in (lesson.id, *names))
+    assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name) for name in (lesson.id, *names))
     assert all(check.title for check in lesson.checks)
 
 
@@ -108,8 +107,6 @@ def test_it_can_be_opened(scenario: Scenario) -> None:
 
 # A lesson's question as a poll: the right answer and the usual mistakes lie in intervals of their own.
 
-NUMBER = re.compile(r"-?[\d,]+(?:\.\d+)?")
-
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
 def test_a_question_makes_a_poll(name: str) -> None:
@@ -119,10 +116,9 @@ def test_a_question_makes_a_poll(name: str) -> None:
         assert poll_answers(question) == tuple(question.choices.values())
         return
     exact = answer_of(LESSONS[name]).exact
-    assert isinstance(exact, float)
     answers = poll_answers(question, exact)
     assert 3 <= len(answers) <= 8
-    found = [float(NUMBER.findall(answer)[0].replace(",", "")) for answer in answers[1:]]
+    found = [float(re.findall(r"-?[\d,]+(?:\.\d+)?", answer)[0].replace(",", "")) for answer in answers[1:]]
     assert all(low < high for low, high in pairwise(found))
     assert all(abs(cut - exact) > 0.5 * question.tolerance for cut in found)
     assert all(question.unit in answer for answer in answers)
@@ -142,8 +138,6 @@ def test_a_poll_without_usual_mistakes() -> None:
 # Demonstrations: their figures, their numbers and their purity.
 
 of_demonstrations = pytest.mark.parametrize("lesson", DEMONSTRATIONS, indirect=True)
-FAILING = {"sir"}
-"""Lessons on a method that fails at extreme parameters."""
 
 
 def assert_believable(numbers: tuple[Number, ...], where: object) -> None:
@@ -161,7 +155,7 @@ def test_the_figure_can_be_drawn(lesson: Lesson) -> None:
 
     The same seed gives the same figure; another seed changes it only if the lesson draws samples.
     """
-    body = demonstration(lesson)
+    body = lesson.body
     assert 2 <= len(declarations(type(body.parameters))) <= 6
     first = shown(lesson)
     figure = first.figure
@@ -183,7 +177,7 @@ def test_every_bound_can_be_shown(lesson: Lesson) -> None:
     for corner in corners(lesson):
         it = shown(lesson, **corner)
         assert_sound(it.figure)
-        if lesson.id not in FAILING:
+        if lesson.id != "sir":  # whose method fails at extreme parameters
             assert_believable(it.numbers, corner)
 
 
@@ -193,7 +187,7 @@ def test_the_veil_hides_the_traces_that_reveal_the_answer(lesson: Lesson) -> Non
 
     The panel in which a person places a point exists, and its axis contains every allowed answer.
     """
-    body, at, question = demonstration(lesson), asked_at(lesson), lesson.question
+    body, at, question = lesson.body, asked_at(lesson), lesson.question
     it = body.show(at, body.seed)
     veiled = it.figure.without_answer()
     assert_sound(veiled)

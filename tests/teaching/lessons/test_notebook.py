@@ -13,7 +13,7 @@ from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe
 from pftrack.teaching.lessons.library import read_lessons
 from pftrack.teaching.lessons.notebook import lesson_cell, lesson_notebook
 from tests.notebooks import executed
-from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
 
 
 def cells(content: bytes, kind: str) -> list[str]:
@@ -24,7 +24,7 @@ def cells(content: bytes, kind: str) -> list[str]:
 def test_a_demonstration_is_in_its_cells(name: str) -> None:
     """The code gives the lesson, its parameters and its seed; the texts have all of it but the answer."""
     lesson = LESSONS[name]
-    body = demonstration(lesson)
+    body = lesson.body
     content = lesson_notebook(lesson, body.parameters, 17)
     code, _, _, values, *_ = cells(content, "code")
     known: dict[str, Any] = {}
@@ -42,7 +42,7 @@ def test_a_demonstration_is_in_its_cells(name: str) -> None:
 def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
     """A prediction in the place of None is judged with the words for it."""
     lesson = LESSONS["bayes"]
-    body = demonstration(lesson)
+    body = lesson.body
     known: dict[str, Any] = {}
     for source in cells(lesson_notebook(lesson, body.parameters, body.seed), "code")[:3]:
         exec(source.replace("prediction = None", "prediction = 'middle'"), known)  # noqa: S102 - see above
