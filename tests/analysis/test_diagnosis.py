@@ -121,11 +121,8 @@ def test_a_target_of_another_colour_is_told_with_the_truth_and_one_that_comes_ba
 
 
 PLACES = pftrack.run("ball", tracker="kalman", frames=40, **CALM).diagnostics
-CLOUD = (
-    Series("alike", "alike", role="likeness"),
-    Series("ess", "ess", role="ess"),
-    Series("count", "count", role="particles"),
-)
+ROLES = {"alike": "likeness", "ess": "ess", "count": "particles"}
+CLOUD = tuple(Series(name, name, role=role) for name, role in ROLES.items())
 
 
 def told(rows: list[Diagnostics], fits: list[float], shares: list[float], count: float = 100.0) -> list[Diagnostics]:
@@ -205,10 +202,8 @@ def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
     """Behind a wide pillar the target is lost first, and then a look-alike found; the numbers are the run's own."""
     run = pftrack.run("ball", preset="too-wide", frames=60)
     found = diagnose(run)
-    assert [(sign.cause, sign.since) for sign in found.signs] == [
-        ("occlusion-longer-than-memory", 6),
-        ("look-alike-capture", 15),
-    ]
+    begun = [(sign.cause, sign.since) for sign in found.signs]
+    assert begun == [("occlusion-longer-than-memory", 6), ("look-alike-capture", 15)]
     assert found.sentence == (
         "Lost in frame 15, first in frame 7: occlusion longer than memory, since frame 6; "
         "then look-alike capture, since frame 15."

@@ -124,9 +124,7 @@ def test_motion_is_fitted_where_a_likelihood_lacks_a_constant() -> None:
         ("condensation", 81, {"red_spread": 0.5, "sample_count": 200}, "red_spread", 0.1),
     ],
 )
-def test_learned_motion_and_sharpness_are_fitted(
-    tracker: str, frames: int, values: dict[str, float], name: str, most: float
-) -> None:
+def test_motion_and_sharpness_are_fitted(tracker: str, frames: int, values: Any, name: str, most: float) -> None:
     """Six times too wide accelerations are narrowed; a flat likelihood becomes sharp, unlike by evidence alone."""
     found = fit(pftrack.run("ball", tracker=tracker, frames=frames, occlusion_width_px=5, **values), [name])
     assert found.kept

@@ -23,10 +23,6 @@ def errors_of(run: Run) -> list[float]:
     return [np.nan if row.error is None else row.error for row in run.diagnostics]
 
 
-def lost_of(run: Run) -> list[float]:
-    return [np.nan if row.lost is None else float(row.lost) for row in run.diagnostics]
-
-
 def test_a_change_of_the_seed_is_other_random_numbers_on_the_same_scene() -> None:
     """Up to the change the runs are one; then the tracker draws others, and the scene, noise and all, is the same.
 
@@ -73,7 +69,7 @@ def test_runs_of_an_ensemble_are_runs_with_their_seeds(experiment: str, tracker:
         live.seek(9)
         live.change(changed)
         np.testing.assert_array_equal(errors, errors_of(live))
-        np.testing.assert_array_equal(lost, lost_of(live))
+        np.testing.assert_array_equal(lost, [np.nan if row.lost is None else row.lost for row in live.diagnostics])
 
 
 def test_runs_on_other_scenes_are_runs_of_their_seeds() -> None:

@@ -1,5 +1,4 @@
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -7,7 +6,7 @@ import pytest
 
 import pftrack
 from pftrack.analysis.alternatives import KINDS, alternatives
-from pftrack.analysis.counterfactuals import Finding, Report, find_loss, join, read_record, record, what_if
+from pftrack.analysis.counterfactuals import Report, find_loss, join, read_record, record, what_if
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.core.model.parameters import flat
 from pftrack.core.refusal import RefusedError
@@ -20,16 +19,6 @@ def lost() -> Run:
     return pftrack.run("ball", preset="too-wide", frames=45)
 
 
-def check_branches(run: Run, report: Report, findings: Sequence[Finding]) -> None:
-    """Check that a seed's verdict is that of the branch with the change and the seed, for two seeds of each finding."""
-    for finding in findings:
-        for seed, held in islice(finding.held.items(), 2):
-            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
-            branch.seek(report.end)
-            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
-            assert held == (not any(row.lost for row in settled)), finding.alternative.title
-
-
 def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
     """All seeds of half a pillar hold and hardly one of the whole; a seed's verdict is that of the branch with it."""
     *_, report = what_if(lost, 7, rounds=(1, 2), allow=lambda tracker, _: tracker in {"h-spf", "apf"})
@@ -38,7 +27,12 @@ def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
     best = report.best_first[1]
     assert best.alternative.values == {"occlusion_width_px": 50}
     assert (best.holding, best.runs, report.baseline.holding) == (2, 2, 0)
-    check_branches(lost, report, report.best_first[:3])
+    for finding in report.best_first[:3]:
+        for seed, held in islice(finding.held.items(), 2):
+            branch = lost.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert held == (not any(row.lost for row in settled)), finding.alternative.title
 
 
 def test_alternatives_follow_from_roles(lost: Run) -> None:
@@ -136,11 +130,9 @@ def test_parts_of_the_work_are_the_whole(lost: Run) -> None:
     assert read_record(json.loads(json.dumps(record(earlier)))).as_dict() == earlier.as_dict()
     parts = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2))) for part in (0, 1)]
     told = join([read_record(json.loads(json.dumps(record(part[5])))) for part in parts])
-    assert told is not None
     assert not told.is_complete
     assert 0 < len(told.findings) < len(whole.findings)
     found = join([part[-1] for part in parts])
-    assert found is not None
     assert (found.is_complete, found.sentence, found.done) == (True, whole.sentence, whole.done)
     assert held(found) == held(whole)
     assert join([parts[1][-1]]) is None  # no change was tried by the other
