@@ -69,7 +69,15 @@ def test_where_webgl_runs_in_software_the_view_is_flat(unchosen: Any, server: Se
     view.until(lambda: "frame 12 " in canvas.get_attribute("aria-label"), "it is described once the run stands")
     assert canvas.get_attribute("aria-label").endswith(unchosen.inner_text(".flat-caption"))
     assert occluder(view) == pytest.approx(40, abs=2)
-    layers_are_switched_on_and_off(view)
+    # A hidden layer disappears at once, also while the run stands still.
+    before = unchosen.evaluate(INKED, SKY)
+    unchosen.locator(".controls").get_by_text("More", exact=True).click()
+    unchosen.get_by_text("What to draw").click()
+    layer = unchosen.get_by_label("Particles by sampler")
+    layer.uncheck()
+    view.until(lambda: unchosen.evaluate(INKED, SKY) < before / 10, "the particles are gone")
+    layer.check()
+    view.until(lambda: unchosen.evaluate(INKED, SKY) == before, "they are back")
     the_canvas_keeps_its_proportions_in_any_window(view)
     a_killed_worker_is_reported_and_the_canvas_stays(view, server, complaints)
     view.press("Space")
@@ -87,18 +95,6 @@ def test_where_webgl_runs_in_software_the_view_is_flat(unchosen: Any, server: Se
     assert unchosen.locator("iframe").count() == 0
     switch.get_by_text("3-D").click()
     view.until(lambda: "view=scene" in unchosen.url, "the address has the view")
-
-
-def layers_are_switched_on_and_off(view: SessionPage) -> None:
-    """A hidden layer disappears at once, also while the run stands still."""
-    before = view.page.evaluate(INKED, SKY)
-    view.page.locator(".controls").get_by_text("More", exact=True).click()
-    view.page.get_by_text("What to draw").click()
-    layer = view.page.get_by_label("Particles by sampler")
-    layer.uncheck()
-    view.until(lambda: view.page.evaluate(INKED, SKY) < before / 10, "the particles are gone")
-    layer.check()
-    view.until(lambda: view.page.evaluate(INKED, SKY) == before, "they are back")
 
 
 def the_canvas_keeps_its_proportions_in_any_window(view: SessionPage) -> None:
@@ -160,25 +156,7 @@ def test_the_panel(watch: Watch, complaints: Complaints) -> None:
     """Its controls change the session, follow it, and refuse wrong values; the seed comes last: it restarts the run."""
     complaints.expected = ("the server responded with a status of 422",)
     view = watch()
-    a_slider_changes_the_picture(view)
-    view.command("pause")
-    typed_numbers_are_kept_refused_or_dropped(view)
-    what_others_change_is_shown(view)
-    slider = view.control("Occluder width (px)", "range")
-    for value, most in ((80, "120"), (300, "300")):  # its useful range is 0 to 120
-        view.change(occlusion_width_px=value)
-        view.until(lambda value=value: slider.input_value() == str(value), "it shows the value")  # type: ignore[misc]
-        assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", most]
-    view.page.get_by_label("Tracker", exact=True).select_option("apf")
-    view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
-    view.page.locator(".controls").get_by_text("More", exact=True).click()
-    view.control("Seed").fill("77")
-    view.control("Seed").press("Enter")
-    view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
-
-
-def a_slider_changes_the_picture(view: SessionPage) -> None:
-    """Moved by the keyboard, it counts from the next frame on, and the box beside it follows."""
+    # A slider moved by the keyboard counts from the next frame on, and the box beside it follows.
     slider = view.control("Occluder width (px)", "range")
     slider.focus()
     for _ in range(5):
@@ -187,10 +165,8 @@ def a_slider_changes_the_picture(view: SessionPage) -> None:
     view.until(lambda: view.control("Occluder width (px)").input_value() == "45", "the box has followed")
     view.page.keyboard.press("Space")
     view.until(lambda: occluder(view) == pytest.approx(45, abs=2), "the wider occluder is drawn")
-
-
-def typed_numbers_are_kept_refused_or_dropped(view: SessionPage) -> None:
-    """A half-typed number stays; an empty box shows the value in force; the server's refusal springs back."""
+    view.command("pause")
+    # A half-typed number stays; an empty box shows the value in force; the server's refusal springs back.
     box = view.control("Particles")
     box.fill("30")
     view.change(occlusion_width_px=61)
@@ -206,10 +182,7 @@ def typed_numbers_are_kept_refused_or_dropped(view: SessionPage) -> None:
         view.until(lambda: box.input_value() == "300", "the box shows the value in force")
     view.page.locator(".toast.error").wait_for()
     assert "sample_count" in view.page.inner_text(".toast.error")
-
-
-def what_others_change_is_shown(view: SessionPage) -> None:
-    """A change from elsewhere moves slider and tracker, and removes controls that the tracker does not read."""
+    # A change from elsewhere moves slider and tracker, and removes controls that the tracker does not read.
     view.change(occlusion_width_px=80, tracker="condensation")
     view.until(lambda: view.control("Occluder width (px)", "range").input_value() == "80", "the slider shows it")
     tracker = view.page.get_by_label("Tracker", exact=True)
@@ -218,6 +191,16 @@ def what_others_change_is_shown(view: SessionPage) -> None:
     for each in (each for each in view.session["declarations"] if each["kind"] != "file"):
         reads = not each["trackers"] or "condensation" in each["trackers"]
         assert (panel.get_by_label(each["label"], exact=True).count() > 0) == reads, each["name"]
+    for value, most in ((80, "120"), (300, "300")):  # its useful range is 0 to 120
+        view.change(occlusion_width_px=value)
+        view.until(lambda value=value: slider.input_value() == str(value), "it shows the value")  # type: ignore[misc]
+        assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", most]
+    view.page.get_by_label("Tracker", exact=True).select_option("apf")
+    view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
+    view.page.locator(".controls").get_by_text("More", exact=True).click()
+    view.control("Seed").fill("77")
+    view.control("Seed").press("Enter")
+    view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
 
 
 def test_what_is_pointed_at_is_described_and_drawn(watch: Watch, server: Server) -> None:
@@ -311,44 +294,36 @@ def test_a_world_is_seen_from_any_side(page: Any, server: Server) -> None:
     view.stands(0, 0)
     assert pressed.get_attribute("data-viewpoint") == "front"
     view.changes(page.locator("[data-viewpoint='3-d']").click)
-    it_is_turned_by_hand(view)
-    view.changes(lambda: server.seek(view.id, 30))
-    view.paints(30)
-    page.locator(".controls").get_by_text("More", exact=True).click()
-    page.get_by_text("What to draw").click()
-    view.changes(page.get_by_label("Axes", exact=True).uncheck)
-    it_makes_room(view)
-
-
-def it_is_turned_by_hand(view: WorldPage) -> None:
-    """Dragged to the right it shows its left; with the focus it takes the arrow keys, which else move the run."""
+    # Dragged to the right it shows its left; with the focus it takes the arrow keys, which else move the run.
     view.go_to(9)
     box = view.canvas.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     view.changes(lambda: view.drag((x, y), (x + 50, y + 20)))
     view.stands(-65, 27)
-    assert view.page.locator("[data-viewpoint][aria-pressed=true]").count() == 0
+    assert pressed.count() == 0
     view.canvas.focus()
     for key in ("ArrowRight", "ArrowRight", *["ArrowUp"] * 7):
         view.press(key)
     view.stands(-45, 90)
     assert view.position == 9
-    view.page.locator(".play").focus()
+    page.locator(".play").focus()
     view.press("ArrowRight")
     view.stands_at(10)
     assert view.side == (-45, 90)
-
-
-def it_makes_room(view: WorldPage) -> None:
-    """It can be enlarged and folded; it covers nothing of the picture, and nothing sticks out."""
-    small, larger = view.canvas.bounding_box()["width"], view.page.get_by_label("Larger")
+    view.changes(lambda: server.seek(view.id, 30))
+    view.paints(30)
+    page.locator(".controls").get_by_text("More", exact=True).click()
+    page.get_by_text("What to draw").click()
+    view.changes(page.get_by_label("Axes", exact=True).uncheck)
+    # It can be enlarged and folded; it covers nothing of the picture, and nothing sticks out.
+    small, larger = view.canvas.bounding_box()["width"], page.get_by_label("Larger")
     larger.click()
     view.until(lambda: view.canvas.bounding_box()["width"] > 1.5 * small, "it is larger")
     larger.click()
-    view.page.locator(".world summary").click()
+    page.locator(".world summary").click()
     assert not view.canvas.is_visible()
-    view.page.locator(".world summary").click()
+    page.locator(".world summary").click()
     for width in (1280, 700, 390):
         view.resize(width)
-        view.until(lambda: not view.page.evaluate(OVERLAP), "it stands beside the picture, or below")
-    assert view.page.evaluate("document.documentElement.scrollWidth") <= 390
+        view.until(lambda: not page.evaluate(OVERLAP), "it stands beside the picture, or below")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390

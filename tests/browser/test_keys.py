@@ -22,7 +22,15 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     shown.until(lambda: "Pause" in shown.page.inner_text(".play"), "the button pauses now")
     shown.press(" ")
     shown.until(lambda: not shown.session["playing"], "it pauses")
-    the_scrubber_goes_back_and_stays(shown)
+    # Dragging shows the past; a release pauses there.
+    shown.go_to(89)
+    area = shown.page.locator(".scrubber").bounding_box()
+    y, left, right = area["y"] + 30, area["x"] + 104, area["x"] + area["width"] - 10
+    at = lambda frame: (left + (right - left) * frame / 89, y)  # noqa: E731 - one line of geometry
+    shown.drag(at(89), at(60), at(33))
+    shown.stands_at(33)
+    assert not shown.session["playing"]
+    shown.page.locator(".scrubber[aria-valuenow='33']").wait_for()
     shown.press("n")
     shown.page.locator("#branch-tracker:focus").wait_for()
     shown.press("Enter")
@@ -34,8 +42,24 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
         shown.press(key)
     shown.press("ArrowLeft")
     shown.stands_at(0)
-    a_parameter_is_found_by_words(shown)
-    a_preset_is_asked_for_by_a_menu(shown)
+    # Ctrl+K and a few words lead to a control, also where the panel is folded.
+    shown.resize(800, 700)
+    shown.press("Control+k")
+    shown.page.get_by_label("Search").fill("particles parameter")
+    shown.press("Enter")
+    focused = "document.activeElement.labels?.[0]?.textContent"
+    shown.until(lambda: shown.page.evaluate(focused) == "Particles", "its field has the focus")
+    shown.page.locator(".counter").click()
+    # P lists the presets with what to look at; a chosen one starts its own session and plays.
+    before = shown.id
+    shown.press("p")
+    chosen = shown.page.locator("[data-preset]:focus")
+    chosen.wait_for()
+    assert "when the pillar hides the ball" in chosen.inner_text()
+    shown.press("Enter")
+    shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
+    shown.ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays")
 
 
 def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
@@ -52,18 +76,6 @@ def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
     shown.press("ArrowRight")
     shown.stands_at(1)
     assert len([url for url in sent if url.endswith("/commands")]) == 1
-
-
-def the_scrubber_goes_back_and_stays(shown: SessionPage) -> None:
-    """Dragging shows the past; a release pauses there."""
-    shown.go_to(89)
-    area = shown.page.locator(".scrubber").bounding_box()
-    y, left, right = area["y"] + 30, area["x"] + 104, area["x"] + area["width"] - 10
-    at = lambda frame: (left + (right - left) * frame / 89, y)  # noqa: E731 - one line of geometry
-    shown.drag(at(89), at(60), at(33))
-    shown.stands_at(33)
-    assert not shown.session["playing"]
-    shown.page.locator(".scrubber[aria-valuenow='33']").wait_for()
 
 
 def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Server) -> None:
@@ -84,30 +96,6 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
     shown.press("ArrowRight")
     shown.stands_at(1)
     shown.until(lambda: "Condensation" in shown.page.inner_text(".flat-caption"), "the picture is the branch's")
-
-
-def a_parameter_is_found_by_words(shown: SessionPage) -> None:
-    """Ctrl+K and a few words lead to a control, also where the panel is folded."""
-    shown.resize(800, 700)
-    shown.press("Control+k")
-    shown.page.get_by_label("Search").fill("particles parameter")
-    shown.press("Enter")
-    focused = "document.activeElement.labels?.[0]?.textContent"
-    shown.until(lambda: shown.page.evaluate(focused) == "Particles", "its field has the focus")
-    shown.page.locator(".counter").click()
-
-
-def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
-    """P lists the presets with what to look at; a chosen one starts its own session and plays."""
-    before = shown.id
-    shown.press("p")
-    chosen = shown.page.locator("[data-preset]:focus")
-    chosen.wait_for()
-    assert "when the pillar hides the ball" in chosen.inner_text()
-    shown.press("Enter")
-    shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
-    shown.ready()
-    shown.until(lambda: (shown.position or 0) > 0, "it plays")
 
 
 def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch) -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 from tests.browser.accessible import OVERFLOW
 from tests.browser.conftest import Watch
-from tests.browser.views import Gallery, SessionPage
+from tests.browser.views import Gallery
 
 
 def box(page: Any, selector: str) -> dict[str, float]:
@@ -31,15 +31,7 @@ def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     for control in page.locator(".transport button:visible, .top button:visible").all():
         area = control.bounding_box()
         assert 0 <= area["x"] <= 800 - area["width"]
-    on_a_phone(shown)
-
-
-def on_a_phone(shown: SessionPage) -> None:
-    """Scene and transport are there; the title has its own line below the name and the tools.
-
-    Nothing of these is cut, and the frame's number is whole and covers nothing.
-    """
-    page = shown.page
+    # On a phone scene and transport are there, nothing is cut, and the frame's number is whole and covers nothing.
     shown.resize(390)
     shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
     shown.until(lambda: page.evaluate("document.body.clientWidth") == 390, "it is narrower")
