@@ -114,9 +114,7 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
 
 @pytest.fixture
-def unchosen(
-    contexts: Callable[[Server], Any], server: Server, complaints: Complaints, request: pytest.FixtureRequest
-) -> Iterator[Any]:
+def unchosen(contexts: Callable[[Server], Any], server: Server, complaints: Complaints) -> Iterator[Any]:
     """A page of 1280 x 800 of a visitor without any choices yet; at the end its console must be clean."""
     context = contexts(server)
     if server.token:

@@ -27,10 +27,6 @@ class SweepPage(View):
     """The page of a sweep."""
 
     @property
-    def id(self) -> str:
-        return str(self.page.url.split("?")[0].rsplit("/", 1)[1])
-
-    @property
     def words(self) -> str:
         return str(self.page.inner_text(".bar-words"))
 
@@ -171,7 +167,17 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server, compl
     assert (session["tracker"], session["recipe"]["seed"]) == ("pc-pf", row["seed"]), "the other method, the same seed"
     a_measure_is_chosen(sweep, page)
     there_are_several_ways_to_see_it(sweep, page)
-    my_work_lists_it(sweep, page)
+    # My work has its outcome; an experiment's card leads to its form, without parameters that are only drawn.
+    line = page.locator(f"[data-sweep='{sweep.id}']")
+    page.goto("work?show=sweeps")
+    line.wait_for()
+    assert all(words in line.inner_text() for words in ("96 runs", "complete"))
+    page.goto("./")
+    page.locator("[data-experiment=fish] >> text=Sweep over conditions").click()
+    page.wait_for_selector(".plan-size")
+    assert page.get_by_label("Experiment", exact=True).input_value() == "fish"
+    offered = set(page.get_by_label("Varied parameter").first.locator("option").all_inner_texts())
+    assert offered & {"Particles", "Shown mode", "Along the mode, sd", "Swaying mode"} == {"Particles"}
 
 
 def it_is_read_by_keyboard(sweep: SweepPage, page: Any) -> None:
@@ -233,20 +239,6 @@ def there_are_several_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     chosen = {"Axis across": "distracter_radius_px", "Axis up": "occlusion_width_px"}
     assert {label: page.get_by_label(label).input_value() for label in chosen} == chosen
     assert page.get_by_label("Holm").is_checked()
-
-
-def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
-    """My work has its outcome; an experiment's card leads to its form, without parameters that are only drawn."""
-    row = page.locator(f"[data-sweep='{sweep.id}']")
-    page.goto("work?show=sweeps")
-    row.wait_for()
-    assert all(words in row.inner_text() for words in ("96 runs", "complete"))
-    page.goto("./")
-    page.locator("[data-experiment=fish] >> text=Sweep over conditions").click()
-    page.wait_for_selector(".plan-size")
-    assert page.get_by_label("Experiment", exact=True).input_value() == "fish"
-    offered = set(page.get_by_label("Varied parameter").first.locator("option").all_inner_texts())
-    assert offered & {"Particles", "Shown mode", "Along the mode, sd", "Swaying mode"} == {"Particles"}
 
 
 def errors_stand_beside_their_field(form: Form) -> None:

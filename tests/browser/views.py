@@ -67,6 +67,11 @@ class View:
     def __init__(self, page: Any) -> None:
         self.page = page
 
+    @property
+    def id(self) -> str:
+        """What the address ends with."""
+        return str(self.page.url.split("?")[0].rsplit("/", 1)[1])
+
     def resize(self, width: int, height: int = 800) -> None:
         self.page.set_viewport_size({"width": width, "height": height})
         self.until(lambda: self.page.evaluate("innerWidth") == width, f"the window is {width} px wide")
@@ -114,10 +119,6 @@ class SessionPage(View):
     def __init__(self, page: Any, server: Server) -> None:
         super().__init__(page)
         self._server = server
-
-    @property
-    def id(self) -> str:
-        return str(self.page.url.split("?")[0].rsplit("/", 1)[1])
 
     @property
     def session(self) -> dict[str, Any]:
