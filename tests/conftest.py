@@ -28,6 +28,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 BASE = os.environ.setdefault("PFTRACK_BASE_PATH", "/@/space%20word").rstrip("/")
 """Where the tests' servers are, but for those that say otherwise: a path as awkward as one may be, or what is set."""
 
+UNMEASURED = {"COVERAGE_PROCESS_CONFIG": ""}
+"""Environment of a process whose modules or files a test counts: coverage would add its own."""
+
 SLOW_S = 1800
 """Time for one of the tests that `make test` leaves out."""
 

@@ -27,6 +27,7 @@ from pftrack_server.app import create_app
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.web import serving
+from tests.conftest import UNMEASURED
 from tests.server.command import PATH, link, serve
 from tests.server.host import begin, error_of, steer
 from tests.server.sessions.test_crashes import state
@@ -56,7 +57,7 @@ def test_a_life(tmp_path: Path) -> None:
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     arguments = f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    with serve(arguments, SHORT_OF_ROOM, TMPDIR=str(temporary), PFTRACK_TOKEN=TOKEN) as process:
+    with serve(arguments, SHORT_OF_ROOM, TMPDIR=str(temporary), PFTRACK_TOKEN=TOKEN, **UNMEASURED) as process:
         address = link(process)
         assert address.endswith(f"?token={TOKEN}")
         bare = address.partition("?")[0]
