@@ -4,7 +4,6 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from unittest.mock import Mock
@@ -21,6 +20,7 @@ from pftrack.doctor.warming import Progress, Schedule, Warming
 from pftrack.experiments.shared.sampling import loop_with
 from pftrack.process import ForkServer
 from tests.doctor.pretending import compile_little, pause, pretend, slow_down
+from tests.process.conftest import server as server  # noqa: PLC0414 - a fixture
 
 
 def found(checks: list[Check], name: str) -> Check:
@@ -158,23 +158,15 @@ def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tu
     return np.zeros(states.shape[0])
 
 
-@pytest.fixture(scope="module")
-def fork_server() -> Iterator[ForkServer]:
-    """One for all that pretend."""
-    made = ForkServer("pftrack.process")
-    yield made
-    made.close()
-
-
 def share(made: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have compilations fork their processes from one server, which outlives them."""
     monkeypatch.setattr(warming, "ForkServer", lambda _: Mock(wraps=made, close=Mock()))
 
 
 @pytest.fixture
-def pretending(own_cache: None, fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def pretending(own_cache: None, server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compilations have a cache of their own, and processes that import little."""
-    share(fork_server, monkeypatch)
+    share(server, monkeypatch)
 
 
 @pytest.mark.usefixtures("pretending")

@@ -27,20 +27,11 @@ PRELOAD = "pftrack.process"
 
 
 def who(child: Child) -> tuple[int, int, int, bool]:
-    told: tuple[int, int, int, bool] = BlockingEnd(child.end).receive()
-    return told
+    return BlockingEnd(child.end).receive()
 
 
 def tell(child: Child, what: str) -> None:
     BlockingEnd(child.end).send(what)
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[ForkServer]:
-    """One for all tests that do not close it."""
-    made = ForkServer(PRELOAD)
-    yield made
-    made.close()
 
 
 @contextmanager
@@ -185,9 +176,8 @@ def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path, m
     monkeypatch.setenv("LANGUAGE_OF_ONES_OWN", "en")
     assert (environment()["OMP_NUM_THREADS"], environment()["LANGUAGE_OF_ONES_OWN"]) == ("1", "en")
     (tmp_path / "pftrack.py").write_text("raise SystemExit(3)")
-    result = subprocess.run(
-        command("pftrack", "--version"), env=environment(), cwd=tmp_path, capture_output=True, check=False
-    )
+    asked = command("pftrack", "--version")
+    result = subprocess.run(asked, env=environment(), cwd=tmp_path, capture_output=True, check=False)
     assert result.returncode == 0, result.stderr
 
 

@@ -5,7 +5,7 @@ import math
 import os
 import pickle
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
@@ -39,13 +39,6 @@ from pftrack.process.calls import Answer, Step, pack, unpack
 from pftrack.process.child import pair
 from tests.apart import run
 from tests.process.children import count, refuse, tell
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[ForkServer]:
-    made = ForkServer("pftrack.process")
-    yield made
-    made.close()
 
 
 def pool_of(server: ForkServer, budget: Budget = UNLIMITED) -> Pool:
@@ -119,8 +112,7 @@ def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     assert come(time.sleep, 60, silence_s=0.5) is Ending.OUT_OF_TIME
     assert come(time.sleep, 60, stopped=lambda: True) is Ending.KILLED
     assert come(os.abort) is Ending.CRASHED
-    fault = come(object)
-    assert "may hold what JSON can say" in fault.name
+    assert "may hold what JSON can say" in come(object).name
     assert run(wait()) == Reply(4)
 
 

@@ -45,17 +45,14 @@ class Ear:
     """Hears what a state tells."""
 
     def __init__(self) -> None:
-        self.panel = 0
-        self.state = SessionState(new_spec(), lambda: None, self._count)
+        self.panel = Mock()
+        self.state = SessionState(new_spec(), lambda: None, self.panel)
         self.state.enter(Phase.STARTING)
         self.heard: list[dict[str, Any]] = []
         self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
         self.state.stream.emit = self._hear  # type: ignore[method-assign]
         self.state.stream.greet = lambda: self.heard.append({"type": "hello"})  # type: ignore[method-assign]
-        self.panel = 0
-
-    def _count(self) -> None:
-        self.panel += 1
+        self.panel.reset_mock()
 
     def _hear(self, message: Any) -> None:
         self.heard.append(json.loads(message.model_dump_json()))
@@ -118,10 +115,10 @@ def test_the_description_stays_that_of_the_beginning_but_for_what_is_new(ear: Ea
     told = ear.state.view()
     assert (told.about, told.watch, told.frames) == (["n", "m"], "the pillar", 50)
     ear.heard.clear()
-    panel = ear.panel
+    ear.panel.reset_mock()
     ear.state.describe(DESCRIPTION.model_copy(update={"about": ["own", "m"]}))
     assert ear.state.view().about == ["own", "m", "n"]
-    assert (ear.panel, ear.heard) == (panel + 1, [{"type": "hello"}])
+    assert (ear.panel.call_count, ear.heard) == (1, [{"type": "hello"}])
 
 
 def test_whatever_changes_is_told_once_as_it_is(ear: Ear) -> None:
@@ -131,14 +128,14 @@ def test_whatever_changes_is_told_once_as_it_is(ear: Ear) -> None:
     """
     ear.is_dirty()
     assert (ear.told(), ear.is_dirty()) == ([], False)
-    assert (ear.told(position=0, playing=False), ear.panel) == ([], 0)
+    assert (ear.told(position=0, playing=False), ear.panel.call_count) == ([], 0)
     for same in ({"position": 1, "computed": 1}, {"goal": 40, "goal_position": 9}, {"measured": {"inside_share": 0.5}}):
         assert ear.told(**same) == [same]
     assert ear.state.view().measured == {"inside_share": 0.5}
     assert ear.told(measured={"inside_share": math.inf}) == [{"measured": {"inside_share": None}}]
-    assert (ear.told(speed=2.0), ear.panel) == ([{"speed": 2.0}], 1)
+    assert (ear.told(speed=2.0), ear.panel.call_count) == ([{"speed": 2.0}], 1)
     (told,) = ear.told(tracker="kalman")
-    assert (told["tracker"], told["branches"][0]["tracker"], ear.panel) == ("kalman", "kalman", 2)
+    assert (told["tracker"], told["branches"][0]["tracker"], ear.panel.call_count) == ("kalman", "kalman", 2)
     assert ear.told(playing=True) == [{"playing": True, "state": "playing"}]
     assert ear.told(playing=False) == [{"playing": False, "state": "ready"}]
     assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]

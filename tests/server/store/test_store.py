@@ -68,8 +68,7 @@ def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
             shape = {"frames": 2, "width": 4, "height": 4, "frame_rate_hz": 25.0, "duration_s": 1.0, "size_bytes": 9}
             made = {"id": f"{number}" * 16, "name": f"{number}.mp4", "created": f"2026-0{number + 1}"}
             store.add(UploadRow(kind="video", sha256=sha256, warnings=[], **shape, **made))
-        found = [store.upload_of(sha256) for sha256 in "abc"]
-        assert [row and row.name for row in found] == ["2.mp4", "1.mp4", None]
+        assert [row and row.name for row in map(store.upload_of, "abc")] == ["2.mp4", "1.mp4", None]
         with store._engine.connect() as database:
             plan = database.exec_driver_sql("EXPLAIN QUERY PLAN SELECT * FROM uploads WHERE sha256 = 'a'").fetchall()
         assert "USING INDEX" in str(plan)

@@ -2,12 +2,12 @@
 
 import asyncio
 import json
-from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
+from unittest.mock import AsyncMock
 
 import pytest
 from pydantic import BaseModel, ValidationError
@@ -15,7 +15,6 @@ from pydantic import BaseModel, ValidationError
 from pftrack.core.refusal import RefusedError
 from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
-from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.results import DiskCache
 from pftrack_server.sessions.duplex import encode
 from pftrack_server.teaching import links as found
@@ -83,10 +82,7 @@ async def test_a_socket_that_must_leave_is_interrupted() -> None:
 
 async def test_a_closed_socket_gets_the_reason() -> None:
     """A socket is accepted before it is closed, since a browser gets the reason only then."""
-    room, messages = _nobody(), []
-
-    async def send(message: dict[str, Any]) -> None:
-        messages.append(message)
+    room, send = _nobody(), AsyncMock()
 
     async def app(*_: object) -> None:
         room.review(lambda *_: False)
@@ -97,8 +93,9 @@ async def test_a_closed_socket_gets_the_reason() -> None:
     services = {Follows: SimpleNamespace(check_room=lambda: None)}
     scope = {"path": "/x", "app": SimpleNamespace(state=SimpleNamespace(services=services))}
     await AccessGuard(app)._serve_socket(one, scope, app, send)
-    assert [each["type"] for each in messages] == ["websocket.accept", "websocket.close"]
-    assert (messages[1]["code"], messages[1]["reason"]) == (4404, "The class no longer follows this.")
+    accepted, closed = (call.args[0] for call in send.await_args_list)
+    assert (accepted["type"], closed["type"]) == ("websocket.accept", "websocket.close")
+    assert (closed["code"], closed["reason"]) == (4404, "The class no longer follows this.")
 
 
 @pytest.fixture
@@ -186,8 +183,7 @@ def test_a_server_that_listens_everywhere(monkeypatch: pytest.MonkeyPatch) -> No
     names = "192.0.2.7", "198.51.100.9", "127.0.0.1"
     assert below == [(f"http://{name}:8123/space%20word", name != "127.0.0.1") for name in names]
     only = Settings(host="0.0.0.0", allowed_hosts=("198.51.100.9",))
-    everybody = [each.base for each in addresses("http://[::1]:80", only) if each.everybody]
-    assert everybody == ["http://198.51.100.9:80"]
+    assert [each.base for each in addresses("http://[::1]:80", only) if each.everybody] == ["http://198.51.100.9:80"]
 
 
 @pytest.fixture(scope="module")
@@ -224,18 +220,11 @@ def test_every_other_link_is_refused(links: Links) -> None:
     assert [other for other in others if links.read(other) and other != link] == []
 
 
-class Shown(BaseModel):
-    """Any message that carries an arrangement."""
-
-    arrangement: dict[str, Any]
-
-
 def test_arrangements_that_are_passed_on() -> None:
     """Every accepted arrangement can be sent."""
     for arrangement in ({}, {"x": [None, 1.5, {"y": "\N{SNOWMAN}"}]}, {"x": float("nan")}, {"x": 10**400}):
         kept = FollowUpdate(arrangement=arrangement).arrangement
-        assert kept is not None
-        assert json.loads(encode(Shown(arrangement=kept)))["arrangement"].keys() == arrangement.keys()
+        assert json.loads(encode(FollowUpdate(arrangement=kept)))["arrangement"].keys() == arrangement.keys()
 
 
 @pytest.mark.parametrize(
@@ -257,27 +246,19 @@ def test_messages_that_are_refused(model: type[BaseModel], wrong: dict[str, Any]
         model(**wrong)
 
 
-class Answers:
-    """Children that answer at once, or never."""
-
-    async def run_beside(self, function: Callable[[], Any], **_: object) -> dict[str, list[int]]:
-        if function is heavy:
-            await asyncio.Event().wait()
-        if function is refused:
-            raise RefusedError("There is nothing to compute")
-        return {"numbers": [1]}
-
-
-def heavy() -> None:
+async def heavy() -> None:
     """What takes minutes."""
+    await asyncio.Event().wait()
 
 
-def light() -> None:
+async def light() -> dict[str, list[int]]:
     """What takes a moment."""
+    return {"numbers": [1]}
 
 
-def refused() -> None:
+async def refused() -> None:
     """What cannot be computed."""
+    raise RefusedError("There is nothing to compute")
 
 
 async def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -286,7 +267,8 @@ async def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monke
     A refused lesson gives the reason, and a lesson that was left alone begins again.
     """
     monkeypatch.setattr("pftrack_server.teaching.lessons.MOMENT_S", 0.05)
-    results = LessonResults(DiskCache(tmp_path / "kept"), cast("ChildTasks", Answers()))
+    children: Any = SimpleNamespace(run_beside=lambda function, **_: function())
+    results = LessonResults(DiskCache(tmp_path / "kept"), children)
     slow = [await results.get(f"slow {number}", heavy) for number in range(2)]
     job = await results.get("quick", light)
     await results.jobs.wait(job.id, 60)
