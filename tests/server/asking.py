@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx
 
-from tests.server.host import Server
+from tests.server.host import Server, granted
 from tests.waiting import wait_for
 
 
@@ -36,6 +36,4 @@ def kill(server: Server, client: httpx.Client, session: str) -> None:
 
 
 def resume(client: httpx.Client, session: str) -> dict[str, Any]:
-    answer = client.post(f"/api/v1/sessions/{session}/resume")
-    assert answer.status_code == 200, answer.text
-    return answer.json()
+    return granted(client.post(f"/api/v1/sessions/{session}/resume"))

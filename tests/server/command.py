@@ -27,13 +27,12 @@ def serve(arguments: str, first: str = "pass", **variables: str) -> Iterator[sub
         first: Python that the process runs before.
         variables: Environment variables.
     """
-    environment = {**os.environ, "PYTHONPATH": PATH, **variables}
     with subprocess.Popen(
         [sys.executable, "-c", PROGRAM.format(first, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=environment,
+        env={**os.environ, "PYTHONPATH": PATH, **variables},
     ) as process:
         try:
             yield process

@@ -18,14 +18,7 @@ def ended(client: httpx.Client, begun: httpx.Response | dict[str, Any]) -> dict[
     if isinstance(begun, httpx.Response):
         assert begun.status_code == 202, begun.text
         begun = begun.json()
-    assert isinstance(begun, dict)
-    job = begun
-
-    def over() -> dict[str, Any] | None:
-        told = asked(client, job)
-        return None if told["state"] == "working" else told
-
-    return wait_for(over, 60, what="the job has ended")
+    return wait_for(lambda: (told := asked(client, begun))["state"] != "working" and told, 60, what="the job has ended")
 
 
 def written(client: httpx.Client, begun: httpx.Response) -> httpx.Response:
@@ -55,6 +48,6 @@ def bring_in(client: httpx.Client, content: bytes, name: str = "x.pft") -> dict[
 def import_refusal(client: httpx.Client, content: bytes) -> str:
     """Send a saved run that is refused, at once or once it is computed, and return why."""
     answer = send_run(client, content)
-    message: str | None = ended(client, answer)["error"] if answer.is_success else error_of(answer, 422)["message"]
+    message = ended(client, answer)["error"] if answer.is_success else error_of(answer, 422)["message"]
     assert message
     return message

@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import httpx
+import pytest
 import uvicorn
 from starlette.routing import BaseRoute
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from pftrack_server.app import create_app
 from pftrack_server.core.base_path import encode_path
@@ -45,8 +48,7 @@ class Server:
         self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.listening.bind(("127.0.0.1", 0))
         self.port = self.listening.getsockname()[1]
-        config = configuration(self.app, timeout_graceful_shutdown=3)
-        self.uvicorn = _Uvicorn(config)
+        self.uvicorn = _Uvicorn(configuration(self.app, timeout_graceful_shutdown=3))
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listening]})
 
     @property
@@ -96,11 +98,33 @@ def running(settings: Settings) -> Iterator[Server]:
         server.stop()
 
 
-def post(client: httpx.Client, path: str, **body: Any) -> Any:
-    """Post a body to a path of the interface, and return the answer."""
-    answer = client.post(f"/api/v1/{path}", json=body)
+def own_server(**settings: Any) -> Any:
+    """Return a fixture that is a server of a module's own with these settings."""
+
+    @pytest.fixture(scope="module")
+    def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+        with running(Settings(data_dir=tmp_path_factory.mktemp("data"), **settings)) as server:
+            yield server
+
+    return own
+
+
+def refused_socket(address: str, **options: Any) -> int:
+    """Return the status with which a server refuses a websocket before it is accepted."""
+    with pytest.raises(InvalidStatus) as refusal, connect(address, **options):
+        pass
+    return refusal.value.response.status_code
+
+
+def granted(answer: httpx.Response) -> Any:
+    """Check that a request was granted, and return what is told."""
     assert answer.is_success, answer.text
     return answer.json()
+
+
+def post(client: httpx.Client, path: str, **body: Any) -> Any:
+    """Post a body to a path of the interface, and return the answer."""
+    return granted(client.post(f"/api/v1/{path}", json=body))
 
 
 def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
@@ -110,9 +134,7 @@ def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
 
 def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[str, Any]:
     """Steer a session."""
-    answer = command(client, session, action, **more)
-    assert answer.status_code == 200, answer.text
-    return answer.json()
+    return granted(command(client, session, action, **more))
 
 
 def command(client: httpx.Client, session: str, kind: str, **more: Any) -> httpx.Response:
@@ -130,7 +152,7 @@ def error_of(answer: httpx.Response, status: int) -> dict[str, Any]:
     assert answer.status_code == status, answer.text
     body = answer.json()
     assert set(body) == {"error"}
-    error: dict[str, Any] = body["error"]
+    error = body["error"]
     assert set(error) <= {"message", "field", "bound", "value"}
     assert error["message"]
     assert error["message"][0].isupper() or error["message"].startswith(error.get("field", "\0"))

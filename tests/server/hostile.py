@@ -27,14 +27,9 @@ def crash(*_: object) -> None:
     ctypes.string_at(0)
 
 
-def be_killed(*_: object) -> None:
-    """End as when the system is short of memory."""
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def use_up_time(*_: object) -> None:
-    """End as when the allowed processor time is over."""
-    signal.raise_signal(signal.SIGXCPU)
+def end_by(number: signal.Signals, *_: object) -> None:
+    """End by a signal of the system."""
+    signal.raise_signal(number)
 
 
 def fail(*_: object) -> None:
@@ -68,22 +63,17 @@ def answer(what: object, *_: object) -> object:
     return what
 
 
-def say(length: bytes, text: bytes, *_: object) -> None:
-    """Write to the pipe of the answer, past our own program."""
+def say(text: bytes, *_: object) -> None:
+    """Write a message to the pipe of the answer, past our own program."""
     pipe = socket.socket(fileno=next(int(name) for name, target in _descriptors() if target.startswith("socket:")))
-    pipe.sendall(length + text)
+    pipe.sendall(len(text).to_bytes(8, "big") + text)
     time.sleep(60)
-
-
-def said(text: bytes) -> Callable[..., None]:
-    """Return a task that writes a message past our own program."""
-    return partial(say, len(text).to_bytes(8, "big"), text)
 
 
 ANSWERS: tuple[Callable[..., object], ...] = (
     *(partial(answer, what) for what in ("nonsense", '{"kind": "video"}', 7)),
-    said(f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()),  # a pickle, which would run a command in its reader
-    said(bytes(20_000_000)),
+    partial(say, f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()),  # a pickle, which would run a command in its reader
+    partial(say, bytes(20_000_000)),
 )
 """Answers that are nonsense, half an index, a program, or far too long."""
 

@@ -56,9 +56,7 @@ def until_some(client: httpx.Client, sweep: str, runs: int = 1) -> int:
 
 
 def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
-    answer = client.get(f"/api/v1/sweeps/{sweep}/rows", params=query)
-    assert answer.status_code == 200, answer.text
-    return answer.json()
+    return client.get(f"/api/v1/sweeps/{sweep}/rows", params=query).raise_for_status().json()
 
 
 def drivers(server: int) -> list[psutil.Process]:

@@ -5,6 +5,7 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -57,12 +58,10 @@ def test_the_process_limits_itself_and_has_nothing_of_its_parents() -> None:
     # A thread of the parent's would have left its locks behind, for ever locked.
     assert (found["threads"], found["threads_of_parent"], found["leads"]) == (1, 1, True)
     assert found["at_parents_end"] == signal.SIGKILL
-    standard = {number: found["descriptors"].pop(number) for number in "012"}
-    assert set(standard.values()) == {"/dev/null"}
+    assert {found["descriptors"].pop(number) for number in "012"} == {"/dev/null"}
     (pipe,) = found["descriptors"].values()
     assert pipe.startswith("socket:")
-    assert found["dispositions"] == ["0", "0", "0"]  # the system's own: they end the process
-    assert found["blocked"] == 0
+    assert (found["dispositions"], found["blocked"]) == (["0"] * 3, 0)  # the system's own: they end the process
 
 
 def test_the_process_writes_nothing(tmp_path: Path, clip: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -77,8 +76,7 @@ def test_the_process_writes_nothing(tmp_path: Path, clip: Path, capfd: pytest.Ca
 def test_work_that_continues_is_not_silent() -> None:
     """A task that reports progress may take any time, in the web process and by its own alarm."""
     told: list[tuple[int, int]] = []
-    budget, steps = Budget(silence_s=4.0), 10
-    tasks = ChildTasks(Queues())
+    budget, steps, tasks = Budget(silence_s=4.0), 10, ChildTasks(Queues())
     work = tasks.run_beside(hostile.take_long, steps, 0.5, budget=budget, on_step=lambda *step: told.append(step))
     left_s = run(work)["left_s"]
     assert left_s[0] - left_s[-1] < 0.5 * (steps - 1), "the alarm is set anew"
@@ -194,8 +192,8 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
 
 SENTENCES = {
     hostile.fail: "see the server's log",
-    hostile.use_up_time: r"needs more than the 120 s of processor time that it may use",
-    hostile.be_killed: "its process was killed",
+    partial(hostile.end_by, signal.SIGXCPU): r"needs more than the 120 s of processor time that it may use",
+    partial(hostile.end_by, signal.SIGKILL): "its process was killed",
     hostile.unfold: "needs more memory than the 1024 MiB",
     hostile.hang: "did not respond for 1 s",
 }

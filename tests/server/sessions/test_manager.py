@@ -4,6 +4,7 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from typing import Any
+from unittest.mock import AsyncMock
 
 import httpx
 import pytest
@@ -24,8 +25,7 @@ BODY = session_request({"experiment": "ball"})
 
 def refused(client: httpx.Client) -> str:
     """Ask for a session for which there is no place, and return why."""
-    message: str = error_of(client.post("/api/v1/sessions", json=BODY), 503)["message"]
-    return message
+    return error_of(client.post("/api/v1/sessions", json=BODY), 503)["message"]
 
 
 class Gate:
@@ -43,10 +43,7 @@ class Gate:
         await self._event.wait()
 
     def open(self) -> None:
-        async def act() -> None:
-            self._event.set()
-
-        self._server.run(act())
+        self._server.uvicorn.loop.call_soon_threadsafe(self._event.set)
 
 
 def test_places_are_taken_once(start_server: Any) -> None:
@@ -123,15 +120,11 @@ def test_what_could_not_be_started_is_not_kept(
     server: Server, client: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A session whose worker ends during its start is not stored."""
-
-    async def lost(self: Session, patience_s: float) -> None:
-        del self, patience_s
-        raise unavailable("The worker ended.")
-
-    monkeypatch.setattr(Session, "wait_until_open", lost)
-    before = client.get("/api/v1/sessions").json(), server.app.state.services.store.all(SessionRow)
+    store = server.app.state.services.store
+    monkeypatch.setattr(Session, "wait_until_open", AsyncMock(side_effect=unavailable("The worker ended.")))
+    before = client.get("/api/v1/sessions").json(), store.all(SessionRow)
     refused(client)
-    assert (client.get("/api/v1/sessions").json(), server.app.state.services.store.all(SessionRow)) == before
+    assert (client.get("/api/v1/sessions").json(), store.all(SessionRow)) == before
 
 
 def test_a_command_that_hangs_does_not_stop_the_rounds(

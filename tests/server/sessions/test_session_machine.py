@@ -2,7 +2,6 @@
 
 import os
 import signal
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
@@ -19,9 +18,8 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import estimates_hash
-from pftrack_server.core.settings import Settings
-from tests.server.asking import columns, get, timeline_of
-from tests.server.host import Server, begin, change_values, command, error_of, running, steer
+from tests.server.asking import columns, get, resume, timeline_of
+from tests.server.host import Server, begin, change_values, command, error_of, granted, own_server, post, steer
 from tests.waiting import wait_for
 
 EXPERIMENT, FRAMES = "ball", 24
@@ -159,7 +157,6 @@ class SessionMachine(RuleBasedStateMachine):
         super().__init__()
         self.server = server
         self.client = httpx.Client(base_url=server.url, timeout=60, verify=False)  # noqa: S501 - a local server
-        self.model: SessionModel
 
     def teardown(self) -> None:
         for session in self.client.get("/api/v1/sessions").json():
@@ -197,16 +194,14 @@ class SessionMachine(RuleBasedStateMachine):
     @rule()
     def play(self) -> None:
         """Play to the end; from there it begins at frame 0 again."""
-        steer(self.client, self.model.id, "speed", speed=0)
-        steer(self.client, self.model.id, "play")
+        self.begin_playing(0)
         wait_for(lambda: get(self.client, self.model.id)["state"] == "ended", what="it has played to the end")
         self.model.branch = self.model.branch.go(LAST)
 
     @rule(speed=st.sampled_from([1.0, 10.0]))
     def play_and_pause(self, speed: float) -> None:
         """Play and pause; it stands somewhere on the way, which the server alone knows."""
-        steer(self.client, self.model.id, "speed", speed=speed)
-        steer(self.client, self.model.id, "play")
+        self.begin_playing(speed)
         self.take_position(steer(self.client, self.model.id, "pause"))
 
     @rule(values=some)
@@ -230,11 +225,9 @@ class SessionMachine(RuleBasedStateMachine):
             return
         self.seek(self.model.branch.computed)
         before = self.model.branch
-        steer(self.client, self.model.id, "speed", speed=1.0)
-        steer(self.client, self.model.id, "play")
-        answer = change_values(self.client, self.model.id, values)
+        self.begin_playing(1.0)
+        changed = change_values(self.client, self.model.id, values).json()
         paused = steer(self.client, self.model.id, "pause")
-        changed = answer.json()
         if changed["branch"] == self.model.active:
             assert before.position < changed["frame"] <= LAST
             self.model.branch = before.change(changed["frame"], values)
@@ -266,8 +259,7 @@ class SessionMachine(RuleBasedStateMachine):
         elif frame > before.computed or (frame == LAST and values):
             error_of(answer, 422)
         else:
-            assert answer.status_code == 200, answer.text
-            self.add(answer.json()["branch"], before.leave(frame, values))
+            self.add(granted(answer)["branch"], before.leave(frame, values))
 
     @rule(number=st.integers(0, MOST_BRANCHES - 1))
     def activate(self, number: int) -> None:
@@ -285,16 +277,13 @@ class SessionMachine(RuleBasedStateMachine):
         if seed not in {None, before.seed} and len(self.model.branches) > 1:
             error_of(answer, 409)
             return
-        assert answer.status_code == 200, answer.text
+        granted(answer)
         self.model.branch = before.restart(before.seed if seed is None else seed, {})
 
     @rule(target=saved)
     def save(self) -> Any:
         """Save the active branch; the summary's hash is the library's."""
-        answer = self.client.post("/api/v1/runs", json={"session": self.model.id})
-        assert answer.status_code == 201, answer.text
-        run = answer.json()
-        branch = self.model.branch
+        run, branch = post(self.client, "runs", session=self.model.id), self.model.branch
         assert run["summary"]["estimates_sha256"] == branch.estimates_sha256
         return run["id"], branch
 
@@ -302,11 +291,9 @@ class SessionMachine(RuleBasedStateMachine):
     def reopen(self, run: tuple[str, BranchModel]) -> None:
         """Continue with a saved run in the place of this session."""
         name, branch = run
-        answer = self.client.post(f"/api/v1/runs/{name}/open")
-        assert answer.status_code == 201, answer.text
-        told = answer.json()
+        told = post(self.client, f"runs/{name}/open")
         assert told["remark"] is None
-        self.client.delete(self.place)
+        self.client.delete(f"/api/v1/sessions/{self.model.id}")
         self.model = SessionModel(told["id"], {told["branch"]: branch}, told["branch"])
         self.model.branch = replace(branch, position=self.arrived()["position"])
 
@@ -314,13 +301,11 @@ class SessionMachine(RuleBasedStateMachine):
     def kill(self, plays: bool, how: signal.Signals) -> None:
         """Kill the worker, also while it plays: the session says so, takes no command, and resumes where it was."""
         if plays:
-            steer(self.client, self.model.id, "speed", speed=1.0)
-            steer(self.client, self.model.id, "play")
+            self.begin_playing(1.0)
         os.kill(self.server.pid_of(self.model.id), how)
         wait_for(lambda: get(self.client, self.model.id)["state"] == "crashed", what="the session knows")
         error_of(command(self.client, self.model.id, "step"), 409)
-        answer = self.client.post(f"{self.place}/resume")
-        assert answer.status_code == 200, answer.text
+        resume(self.client, self.model.id)
         resumed = self.arrived()
         if plays:
             self.take_position(resumed)
@@ -332,10 +317,8 @@ class SessionMachine(RuleBasedStateMachine):
         """Branches, position, values in force and estimates are those of the model."""
         told, branch = get(self.client, self.model.id), self.model.branch
         assert (told["state"], told["playing"]) == ("ended" if branch.position == LAST else "ready", False)
-        assert (told["branch"], {each["id"] for each in told["branches"]}) == (
-            self.model.active,
-            {*self.model.branches},
-        )
+        assert told["branch"] == self.model.active
+        assert {each["id"] for each in told["branches"]} == self.model.branches.keys()
         assert (told["position"], told["computed"], told["frames"]) == (branch.position, branch.computed, FRAMES)
         assert told["branch_point"] == branch.branch_point
         assert changes_of(timeline_of(told)) == changes_of(branch.timeline)
@@ -346,15 +329,13 @@ class SessionMachine(RuleBasedStateMachine):
 
     # ------------------------------------------------------------ how
 
-    @property
-    def place(self) -> str:
-        return f"/api/v1/sessions/{self.model.id}"
+    def begin_playing(self, speed: float) -> None:
+        steer(self.client, self.model.id, "speed", speed=speed)
+        steer(self.client, self.model.id, "play")
 
     def arrived(self) -> dict[str, Any]:
         """Wait until a session with a new worker is where it was."""
-        return wait_for(
-            lambda: (told := get(self.client, self.model.id))["goal"] is None and told, what="it is where it was"
-        )
+        return wait_for(lambda: (told := get(self.client, self.model.id))["goal"] is None and told)
 
     def add(self, name: str, branch: BranchModel) -> None:
         assert name not in self.model.branches
@@ -371,8 +352,7 @@ class SessionMachine(RuleBasedStateMachine):
 
     def check_changed(self, answer: httpx.Response, frame: int) -> None:
         """The answer to a change says what is in force, and from which frame on."""
-        assert answer.status_code == 200, answer.text
-        changed, branch = answer.json(), self.model.branch
+        changed, branch = granted(answer), self.model.branch
         assert (changed["branch"], changed["frame"]) == (self.model.active, frame)
         assert (changed["parameters"], changed["tracker"]) == branch.at(branch.position + 1)
 
@@ -386,12 +366,7 @@ def changes_of(timeline: list[dict[str, Any]]) -> list[tuple[int, dict[str, Any]
     return [(0, begun), *((frame, values) for frame, values in told if frame > 0)]
 
 
-@pytest.fixture(scope="module")
-def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server in which a session has few branches."""
-    assert {"h-spf", "condensation", "apf", "pc-pf", "kalman"} <= find(EXPERIMENT).trackers.keys()
-    with running(Settings(data_dir=tmp_path_factory.mktemp("machine"), max_branches=MOST_BRANCHES)) as server:
-        yield server
+own = own_server(max_branches=MOST_BRANCHES)
 
 
 QUICK = settings(
@@ -406,6 +381,7 @@ QUICK = settings(
 
 def test_a_few_orders(own: Server) -> None:
     """The same few in every run of the tests, which have each of the rules."""
+    assert {"h-spf", "condensation", "apf", "pc-pf", "kalman"} <= find(EXPERIMENT).trackers.keys()
     run_state_machine_as_test(lambda: SessionMachine(own), settings=QUICK)
 
 

@@ -13,9 +13,9 @@ from pftrack.runs.reproduction import load
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
-from tests.server.host import Server, begin, error_of, steer
+from tests.server.host import Server, begin, error_of
 from tests.server.uploads.test_uploads import accepted, columns_of
-from tests.server.work.test_runs import estimates, save
+from tests.server.work.test_runs import save
 from tests.session_requests import session_request
 
 FRAMES = 8
@@ -111,15 +111,12 @@ def test_a_face_that_enters_late(client: httpx.Client, late: bytes) -> None:
     start, points = begun_at(first)
     assert (start, first["frames"], points) == (7, FRAMES, found["mark"]["points"])
     second = begin(client, experiment="head", upload=upload, start=start, points=points)
-    for session in (first, second):
-        steer(client, session["id"], "seek", frame=4)
-    assert estimates(client, first["id"]) == estimates(client, second["id"])
+    assert columns_of(client, first, 4)["estimate"] == columns_of(client, second, 4)["estimate"]
 
 
 def test_a_box_is_enough(client: httpx.Client, known: str) -> None:
     """In a box the face is found, for a session as for a look."""
-    session = begin(client, experiment="head", upload=known, box=[90, 20, 130, 160])
-    assert len(begun_at(session)[1]) == len(FEATURES)
+    assert len(begun_at(begin(client, experiment="head", upload=known, box=[90, 20, 130, 160]))[1]) == len(FEATURES)
     xs, ys = zip(*marked().values(), strict=True)
     around = hint(min(xs) - 20, min(ys) - 20, float(np.ptp(xs)) + 40, float(np.ptp(ys)) + 40)
     assert look(client, known, hint=around).json()["placed"] == ["points.lmc", "points.rmc"]
@@ -134,8 +131,7 @@ def test_questions_that_make_no_sense(client: httpx.Client, known: str) -> None:
         ({"experiment": "ball"}, None),
     ):
         assert error_of(look(client, known, **query), 422).get("field") == field, query
-    message = error_of(look(client, known, frame=5, last=2), 422)["message"]
-    assert "Last must be a frame from 5 on" in message
+    assert "Last must be a frame from 5 on" in error_of(look(client, known, frame=5, last=2), 422)["message"]
 
 
 def test_what_does_not_go_together(client: httpx.Client, known: str) -> None:
@@ -161,8 +157,7 @@ def test_a_saved_run_reopens_with_the_same_face(client: httpx.Client, late: byte
     points = {name: list(place) for name, place in marked().items()}
     session = begin(client, experiment="head", upload=upload, points=points, start=7)
     assert begun_at(session) == (7, points)
-    steer(client, session["id"], "seek", frame=FRAMES - 1)
-    assert columns_of(client, session)["searching"][-1] is False
+    assert columns_of(client, session, FRAMES - 1)["searching"][-1] is False
     run = save(client, session["id"])
     opened = client.post(f"/api/v1/runs/{run['id']}/open", timeout=60).json()
     assert begun_at(opened) == (7, points)
@@ -185,12 +180,10 @@ def test_poses_measure_a_session(client: httpx.Client, known: str) -> None:
     wrong = error_of(put_truth(client, known, "frame,yaw_deg,pitch_deg,roll_deg\n0,1,left,3\n"), 422)["message"]
     assert "line 2: pitch_deg must be a number of degrees" in wrong
     assert client.get(path).json() == given
-    session = begin(client, experiment="head", upload=known)
-    errors = columns_of(client, session, FRAMES - 1)["error"]
+    errors = columns_of(client, begin(client, experiment="head", upload=known), FRAMES - 1)["error"]
     assert errors[0] == pytest.approx(0, abs=1e-6)
     assert 0 < max(errors) < 10
-    assert client.delete(path).status_code == 204
-    assert client.get(path).json() is None
+    assert (client.delete(path).status_code, client.get(path).json()) == (204, None)
 
 
 def test_an_upload_that_was_deleted_meanwhile(server: Server, client: httpx.Client, late: bytes) -> None:

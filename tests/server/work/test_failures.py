@@ -1,6 +1,7 @@
 """The gallery of failures over REST."""
 
 from pathlib import Path
+from unittest.mock import AsyncMock
 
 import httpx
 
@@ -9,7 +10,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import DiskCache, ExperimentResults
 from tests.apart import run
-from tests.server.host import Server, error_of
+from tests.server.host import Server, error_of, post
 from tests.session_requests import session_request
 
 
@@ -25,10 +26,8 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
         assert it["failing"]["experiment"] == it["cured"]["experiment"] == it["experiment"]
         assert it["differences"]
         assert it["page"] == f"failures/{it['id']}"
-    body = {"recipe": listed[3]["failing"], "position": 3}
-    started = client.post("/api/v1/sessions", json=session_request(body))
-    assert started.status_code == 201, started.text
-    assert started.json()["frames"] == listed[3]["failing"]["frames"]
+    started = post(client, "sessions", **session_request({"recipe": listed[3]["failing"], "position": 3}))
+    assert started["frames"] == listed[3]["failing"]["frames"]
     by_name, by_number = (client.get(f"/api/v1/failures/{name}").json() for name in ("overconfident-weights", 4))
     assert by_name["differences"] == [{"title": "Sharpness lambda", "unit": "", "failing": 200, "cured": 20}]
     tracker = {"title": "Tracker", "unit": "", "failing": "Guided diffusion", "cured": "Condensation"}
@@ -45,24 +44,19 @@ def test_the_course_of_a_failure_is_computed_once(client: httpx.Client, server: 
     """
     course = client.get("/api/v1/failures/4/course").json()
     failing, cured = course["failing"], course["cured"]
-    assert course["unit"] == "px"
+    assert (course["unit"], course["frame"]) == ("px", 7)
     assert len(failing["errors"]) == len(cured["lost"]) == 60
     assert (failing["shown"], cured["shown"]) == (True, False)
     assert (failing["lost"][6], failing["lost"][7]) == (False, True)
     assert not any(cured["lost"])
     assert f"{failing['numbers']['believed']:.1f} px" in failing["finding"]
     assert cured["finding"] == "Never lost in 60 frames."
-    assert course["frame"] == 7
     error = next(it for it in course["measured"] if it["title"] == "distance from the truth")
     assert error["failing"] > 10 * error["cured"]
     assert client.get("/api/v1/failures/wrong-dynamics/course").json() == course
-
-    async def would_compute(name: str) -> None:
-        raise AssertionError(f"{name} is computed again")
-
     services = server.app.state.services
     cache = DiskCache(services.settings.data_dir / "experiments-computed")
-    again = ExperimentResults(cache, services.tasks, would_compute)
+    again = ExperimentResults(cache, services.tasks, AsyncMock(side_effect=AssertionError("it is computed again")))
     kept = run(again.get("ball", run_with_and_without_cure, "wrong-dynamics"))
     assert FailureResult.model_validate(kept).model_dump(mode="json") == course
 

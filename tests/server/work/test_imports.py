@@ -15,7 +15,7 @@ from pftrack.runs import record
 from pftrack.runs.run import Run
 from tests.server import hostile
 from tests.server.follow_jobs import asked, ended, send_run
-from tests.server.host import Server, error_of
+from tests.server.host import Server, error_of, granted
 from tests.server.jobs.test_queue import occupied
 from tests.waiting import wait_for
 
@@ -25,8 +25,7 @@ FRAMES = 12
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """A saved run."""
-    ball = find("ball")
-    run = Run(ball, ball.simulate(), frames=60)
+    run = Run(find("ball"), find("ball").simulate(), frames=60)
     run.seek(FRAMES - 1)
     path = tmp_path_factory.mktemp("saved") / "saved.pft"
     record.save(run, path)
@@ -34,9 +33,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
-    answer = send_run(client, content, "a run.pft")
-    assert answer.status_code == 202, answer.text
-    return answer.json()
+    return granted(send_run(client, content, "a run.pft"))
 
 
 def test_it_can_be_cancelled(
@@ -53,8 +50,7 @@ def test_it_can_be_cancelled(
     computing = [each.pid for each in psutil.Process().children(recursive=True)]
     assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
     wait_for(lambda: sum(psutil.pid_exists(pid) for pid in computing) < len(computing))
-    files: Any = server.app.state.services.store.files
-    wait_for(lambda: not list(Path(files.incoming).iterdir()))
+    wait_for(lambda: not list(Path(server.app.state.services.store.files.incoming).iterdir()))
     assert client.get("/api/v1/runs").json() == before
     assert begun["id"] not in [each["id"] for each in client.get("/api/v1/jobs").json()]
     error_of(client.delete(f"/api/v1/jobs/{begun['id']}"), 404)
@@ -76,12 +72,8 @@ def test_it_goes_on_while_somebody_asks(
     before = client.get("/api/v1/runs").json()
     jobs: Any = server.app.state.services.house.jobs
     left, wanted = send(client, saved)["id"], send(client, saved)
-    assert (wanted["kind"], wanted["state"], wanted["name"], wanted["result"]) == (
-        "import",
-        "working",
-        "a run.pft",
-        None,
-    )
+    told = [wanted[name] for name in ("kind", "state", "name", "result")]
+    assert told == ["import", "working", "a run.pft", None]
     seen: set[int] = set()
 
     def arrived() -> bool:

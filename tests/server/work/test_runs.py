@@ -14,7 +14,7 @@ from pftrack.runs.reproduction import load
 from pftrack_server.work.runs import outcome
 from tests.server.follow_jobs import bring_in, import_refusal
 from tests.server.host import Server, begin, change_values, error_of, post, steer
-from tests.server.uploads.test_uploads import send, video
+from tests.server.uploads.test_uploads import columns_of, send, video
 
 
 def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
@@ -36,10 +36,6 @@ def made(client: httpx.Client) -> dict[str, Any]:
     return save(client, session["id"], title="My run")
 
 
-def estimates(client: httpx.Client, session: str) -> list[list[float]]:
-    return client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
-
-
 def test_the_outcome_of_a_run_that_is_judged_by_its_end() -> None:
     """The share is over the frames that the measure uses, not over all."""
     for experiment, last in (("linkage", 6), ("histogram", 10)):
@@ -55,8 +51,7 @@ def test_saved_listed_and_opened(client: httpx.Client, tmp_path: Path) -> None:
     Downloaded it replays in the library. Imported elsewhere it is computed once in a confined process, and opens.
     """
     run = made(client)
-    assert run["title"] == "My run"
-    assert (run["frames"], run["tracker"], run["seed"]) == (40, "apf", 7)
+    assert (run["title"], run["frames"], run["tracker"], run["seed"]) == ("My run", 40, "apf", 7)
     assert "40 frames" in run["outcome"]
     assert run in client.get("/api/v1/runs").json()
     assert client.get(f"/api/v1/runs/{run['id']}").json() == run
@@ -76,9 +71,8 @@ def test_saved_listed_and_opened(client: httpx.Client, tmp_path: Path) -> None:
     assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
     assert session["bookmarks"][0]["note"] == "here"
     assert save(client, session["id"])["summary"]["estimates_sha256"] == expected
-    path = tmp_path / "run.pft"
-    path.write_bytes(download.content)
-    replayed = load(path)
+    (tmp_path / "run.pft").write_bytes(download.content)
+    replayed = load(tmp_path / "run.pft")
     replayed.seek(39)
     assert replayed.estimates_sha256 == expected
     brought = bring_in(client, download.content, "from a friend.pft")
@@ -116,10 +110,9 @@ def test_other_files_are_refused(server: Server, client: httpx.Client, content: 
     Browsers would round the seed; no value of a record is taken for the bytes of an answer.
     """
     files = server.app.state.services.store.files
-    before = len(list(files.runs.iterdir()))
+    before = set(files.runs.iterdir())
     assert words in import_refusal(client, content)
-    assert len(list(files.runs.iterdir())) == before
-    assert list(files.incoming.iterdir()) == []
+    assert (set(files.runs.iterdir()), list(files.incoming.iterdir())) == (before, [])
 
 
 def test_a_run_on_a_video(client: httpx.Client) -> None:
@@ -127,15 +120,14 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     clip = video(20)
     upload = send(client, ("ball.mp4", clip)).json()
     session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=1)
-    steer(client, session["id"], "seek", frame=12)
-    numbers = estimates(client, session["id"])
+    numbers = columns_of(client, session, 12)["estimate"]
     run = save(client, session["id"])
     client.delete(f"/api/v1/sessions/{session['id']}")
     content = client.get(f"/api/v1/runs/{run['id']}/download").content
     again = opened(client, run["id"])
     assert (again["upload"], again["recipe"]["footage"]["start"]) == (upload["id"], 1)
     assert again["recipe"]["footage"]["mark"] == {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-    assert estimates(client, again["id"]) == numbers
+    assert columns_of(client, again)["estimate"] == numbers
     client.delete(f"/api/v1/sessions/{again['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")
     message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]

@@ -20,9 +20,8 @@ def kept(client: httpx.Client) -> dict[str, str]:
 
 
 def found(client: httpx.Client, words: str, **more: object) -> set[str]:
-    answer = client.get("/api/v1/work", params={"q": words, **more})  # type: ignore[dict-item]  # numbers and texts
-    assert answer.status_code == 200, answer.text
-    return {thing["id"] for kind in KINDS for thing in answer.json()[kind]}
+    work = client.get("/api/v1/work", params={"q": words, **more}).raise_for_status().json()  # type: ignore[dict-item]
+    return {thing["id"] for kind in KINDS for thing in work[kind]}
 
 
 def quiet_zone(*hours: int) -> timezone:
@@ -60,17 +59,14 @@ def test_every_word_has_to_occur(client: httpx.Client, kept: dict[str, str]) -> 
 def test_dates_are_those_of_the_reader(client: httpx.Client, kept: dict[str, str]) -> None:
     """Late on the third of March in London is early on the fourth in Tokyo, and a reader finds the date shown there."""
     late = "2026-03-03T23:30:00+00:00"
-    tokyo = timezone(timedelta(hours=9))
-    moment = datetime.fromisoformat(late)
+    tokyo, moment = timezone(timedelta(hours=9)), datetime.fromisoformat(late)
     assert Words("4 March 08:30 2026-03-04 today").occur_in(date_words(late, moment.astimezone(tokyo)))
     assert Words("3 March 23:30 2026-03-03 today").occur_in(date_words(late, moment))
     after = moment + timedelta(hours=1)  # past midnight in London, and still the same morning in Tokyo
     assert not Words("today").occur_in(date_words(late, after))
     assert Words("today").occur_in(date_words(late, after.astimezone(tokyo)))
     # Between the two there is always another day.
-    east = quiet_zone(14, 12)
-    west = quiet_zone(-10, -12)
-    for zone in (east, west):
+    for zone in (quiet_zone(14, 12), quiet_zone(-10, -12)):
         assert found(client, f"{datetime.now(zone):%Y-%m-%d} today", zone=name_of(zone)) >= {kept["run"]}
 
 
@@ -90,6 +86,5 @@ def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict
     assert work["found"]["sessions"] == work["total"]["sessions"] >= 2
     assert found(client, "", show="runs") >= {kept["run"]}
     assert not found(client, "", show="runs") & {kept["ball"], kept["sine"]}
-    nothing = client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"]
-    assert nothing == dict.fromkeys(KINDS, 0)
+    assert client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"] == dict.fromkeys(KINDS, 0)
     assert error_of(client.get("/api/v1/work", params={"zone": "Mars"}), 422)["field"] == "zone"
