@@ -31,21 +31,14 @@ def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
 
 def answered(client: httpx.Client, lesson: str, answer: object) -> httpx.Response:
     """Return the verdict on an answer once the run behind it has been computed."""
-    got: list[httpx.Response] = []
-
-    def is_judged() -> bool:
-        got.append(client.post(f"{URL}/{lesson}/answer", json={"answer": answer}))
-        return got[-1].status_code != 202
-
-    wait_for(is_judged, what="the run is computed")
-    return got[-1]
+    address, said = f"{URL}/{lesson}/answer", {"answer": answer}
+    return wait_for(lambda: (it := client.post(address, json=said)).status_code != 202 and it, what="it is computed")
 
 
 def checked(client: httpx.Client, lesson: str) -> list[dict[str, Any]]:
     """Return the checks of a lesson once they have been computed."""
     told = wait_for(lambda: (it := client.get(f"{URL}/{lesson}/checks").json())["done"] == it["total"] and it)
-    results: list[dict[str, Any]] = told["results"]
-    return results
+    return told["results"]
 
 
 def test_all_lessons_are_listed_in_the_order_of_the_course(client: httpx.Client) -> None:
@@ -97,8 +90,7 @@ def test_a_slider_and_a_seed_change_what_is_shown(client: httpx.Client) -> None:
     assert figure(client, "probability", **wanted, nearest=True)["parameters"]["count"] == 20000
     for values in ({"unknown": 1}, {"count": "many"}, {"count": None}):
         for nearest in (False, True):
-            wrong = {"parameters": values, "nearest": nearest}
-            error_of(client.post(f"{URL}/probability/figure", json=wrong), 422)
+            error_of(client.post(f"{URL}/probability/figure", json={"parameters": values, "nearest": nearest}), 422)
 
 
 def test_answers_are_judged_in_words(client: httpx.Client) -> None:

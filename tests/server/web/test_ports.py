@@ -8,11 +8,11 @@ from urllib.parse import urlsplit
 import psutil
 import pytest
 import viser
-from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from tests.browser.host import Server, descendants, until
+from tests.server.host import refused_socket
 from tests.server.sweeping import SMALL, drivers
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -48,9 +48,8 @@ def test_nothing_else_listens(beside_misbehaving: Server, watched: str) -> None:
     tcp = {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
     assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", urlsplit(beside_misbehaving.url).port)}
     assert [each for each in connections if each.status == psutil.CONN_NONE] == []  # datagrams
-    with pytest.raises(InvalidStatus) as refused:
-        connect(watched, subprotocols=[PROTOCOL], origin=Origin("http://elsewhere.example"), proxy=None)
-    assert refused.value.response.status_code == 403
+    foreign = Origin("http://elsewhere.example")
+    assert refused_socket(watched, subprotocols=[PROTOCOL], origin=foreign, proxy=None) == 403
     inodes = {link.removeprefix("socket:[").removesuffix("]") for process in family for link in _links(process.pid)}
     for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
         _, _, _, flags, _, _, inode, *path = line.split()

@@ -12,7 +12,7 @@ from pftrack.experiments import find
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.run import Run
 from tests.server.follow_jobs import ended, written
-from tests.server.host import begin, command, error_of, post, steer
+from tests.server.host import begin, command, error_of, granted, post, steer
 from tests.server.uploads.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -44,16 +44,14 @@ def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client)
     runs = [ball(), ball("condensation", frames=25)]
     job = compare(client, *runs)
     begun = job["result"]
-    assert [run["first"] for run in begun["runs"]] == [0, 0]
-    assert [run["recipe"]["frames"] for run in begun["runs"]] == [30, 25]
-    assert [run["shown"]["frames"] for run in begun["runs"]] == [25, 25]
+    told = [(run["first"], run["recipe"]["frames"], run["shown"]["frames"]) for run in begun["runs"]]
+    assert told == [(0, 30, 25), (0, 25, 25)]
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
     done = ended(client, job)
     own = (Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=25) for name in ("h-spf", "condensation"))
     expected = Comparison.of(*own).finish().as_dict()
-    assert done["state"] == "done"
     found = done["result"]["found"]
-    assert found == {name: expected[name] for name in found}
+    assert (done["state"], found) == ("done", {name: expected[name] for name in found})
     assert [run["name"] for run in done["result"]["runs"]] == expected["names"]
     assert client.delete(f"/api/v1/jobs/{job['id']}").status_code == 204
     assert "job does not exist" in error_of(client.get(f"/api/v1/jobs/{job['id']}"), 404)["message"]
@@ -64,8 +62,7 @@ def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client)
     assert b"<svg" in files["svg"]
     said = json.loads(files["json"])
     assert said["outcomes"] == expected["outcomes"]
-    recipes = [{"recipe": run["recipe"]} for run in said["runs"]]
-    assert outline(client, *recipes)["frames"] == 25
+    assert outline(client, *({"recipe": run["recipe"]} for run in said["runs"]))["frames"] == 25
     answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})
     assert "one of csv, png, svg, json" in error_of(answer, 404)["message"]
 
@@ -95,8 +92,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
     )
     job = compare(client, early, late)
     begun = job["result"]
-    assert [run["first"] for run in begun["runs"]] == [3, 0]
-    assert {run["upload"] for run in begun["runs"]} == {upload["id"]}
+    assert [(run["first"], run["upload"]) for run in begun["runs"]] == [(3, upload["id"]), (0, upload["id"])]
     assert ended(client, job)["state"] == "done"
     session = client.post("/api/v1/sessions", json=session_request(early)).json()["id"]
     saved = client.post("/api/v1/runs", json={"session": session}).json()["id"]
@@ -104,9 +100,8 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
     assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
     linked = ({"recipe": run["recipe"]} for run in begun["runs"])
     assert "upload is missing; upload clip.mp4 first" in refusal(client, 422, *linked)
-    assert "the clip clip.mp4, which is not on this server. Upload it first." in refusal(
-        client, 409, {"reference": saved}, {"reference": saved}
-    )
+    words = refusal(client, 409, {"reference": saved}, {"reference": saved})
+    assert "the clip clip.mp4, which is not on this server. Upload it first." in words
 
 
 @pytest.mark.parametrize(
@@ -135,21 +130,19 @@ def test_a_comparison_is_stored_renamed_found_and_deleted(client: httpx.Client) 
     begun = outline(client, ball(), ball("condensation"))
     runs = [{"recipe": run["recipe"]} for run in begun["runs"]]
     body = {"title": "Two trackers", "runs": runs, "position": 4, "arrangement": "over"}
-    kept = client.post(SAVED, json=body).raise_for_status().json()
+    kept = granted(client.post(SAVED, json=body))
     place = f"{SAVED}/{kept['id']}"
-    assert kept["title"] == "Two trackers"
-    assert (kept["experiments"], kept["trackers"]) == (["ball"], ["h-spf", "condensation"])
+    told = kept["title"], kept["experiments"], kept["trackers"]
+    assert told == ("Two trackers", ["ball"], ["h-spf", "condensation"])
     found = client.get(place).json()
     assert (found["position"], found["arrangement"]) == (4, "over")
     again = outline(client, *({"recipe": run["recipe"]} for run in found["runs"]))
     assert [run["recipe"] for run in again["runs"]] == [run["recipe"] for run in begun["runs"]]
 
-    renamed = client.patch(place, json={"title": "  Why one is lost "}).raise_for_status().json()
-    assert renamed["title"] == "Why one is lost"
+    assert granted(client.patch(place, json={"title": "  Why one is lost "}))["title"] == "Why one is lost"
     error_of(client.patch(place, json={"title": " "}), 422)
     work = client.get("/api/v1/work", params={"q": "why condensation"}).json()
-    assert [each["title"] for each in work["comparisons"]] == ["Why one is lost"]
-    assert work["found"]["comparisons"] == 1
+    assert ([each["title"] for each in work["comparisons"]], work["found"]["comparisons"]) == (["Why one is lost"], 1)
     assert [each["id"] for each in client.get(SAVED).json()] == [kept["id"]]
 
     client.delete(place).raise_for_status()
@@ -182,7 +175,6 @@ def test_limits_of_stored_comparisons(start_server: Any) -> None:
 
 def export(client: httpx.Client, name: str, runs: list[dict[str, Any]]) -> bytes:
     """Return a file of a comparison."""
-    body = {"runs": runs, "title": "Two: trackers/"}
-    begun = client.post(f"/api/v1/comparisons/exports/{name}", json=body)
+    begun = client.post(f"/api/v1/comparisons/exports/{name}", json={"runs": runs, "title": "Two: trackers/"})
     assert begun.json()["name"] == f"compare-two-trackers.{name}"
     return written(client, begun).content
