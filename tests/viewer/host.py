@@ -17,19 +17,8 @@ from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pftrack.core.model.drawing import (
-    COLOURS,
-    Drawing,
-    Ellipse,
-    Key,
-    Layer,
-    Picture,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-    World,
-)
+from pftrack.core.model import drawing as model
+from pftrack.core.model.drawing import COLOURS, Drawing, Layer, Picture, Points, Polyline, Primitive
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack_server.core.panel import PanelDescription, PanelValues, TrackerPublic
 from pftrack_server.core.pictures import PictureEncoder
@@ -44,10 +33,10 @@ AT_ONCE: Condition = object
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = (
     Layer("picture"),
-    Layer("particles", legend=(Key("prediction", "particles"),)),
+    Layer("particles", legend=(model.Key("prediction", "particles"),)),
     Layer("trail", role="flat only"),
     Layer("history", shown=False, role="through time"),
-    Layer("estimate", legend=(Key("estimate", "estimate"),)),
+    Layer("estimate", legend=(model.Key("estimate", "estimate"),)),
     Layer("labels", shown=False),
 )
 TRACKERS = {"condensation": "Condensation", "h-spf": "h-SPF"}
@@ -123,8 +112,8 @@ def drawing(frame: int = 0, count: int = 800) -> Drawing:
         "picture": Picture(picture),
         "trail": Polyline(trail, blue, 1.5, "trail"),
         "particles": Points(positions, np.tile(np.uint8(COLOURS["prediction"]), (count, 1)), 2.0),
-        "estimate": Ellipse(f32(160.0, 120.0, 0.0), f32((9, 0), (0, 6)), blue, 2.0, "estimate"),
-        "label": Text(f32(2.0, 12.0, 0.0), "APF", blue, "labels"),
+        "estimate": model.Ellipse(f32(160.0, 120.0, 0.0), f32((9, 0), (0, 6)), blue, 2.0, "estimate"),
+        "label": model.Text(f32(2.0, 12.0, 0.0), "APF", blue, "labels"),
     }
     return Drawing(320, 240, primitives, f"Frame {frame}")
 
@@ -155,7 +144,7 @@ class Loop:
 class Session:
     """Stands in for a session: it keeps the values, accepts or refuses changes, and records the commands."""
 
-    def __init__(self, *, worlds: tuple[World, ...] = ()) -> None:
+    def __init__(self, *, worlds: tuple[model.World, ...] = ()) -> None:
         self.changes: list[dict[str, Value]] = []
         self.transport: list[dict[str, Any]] = []
         self.values, self.tracker = dict(VALUES), "h-spf"
@@ -387,10 +376,8 @@ class Peer:
 def decode(data: bytes) -> list[dict[str, Any]]:
     """Return the messages of a batch, which has sizes, packed messages, and the arrays to which they refer."""
     plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
-    inner = msgspec.msgpack.decode(
-        zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], max_output_size=plain)
-    )
     arrays, at = [], 16 + packed
+    inner = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16:at], max_output_size=plain))
     for length in inner.get("binaryBufferLengths", ()):
         at += -at % 8
         arrays.append(data[at : at + length])

@@ -135,21 +135,15 @@ def test_presets_move_the_camera(scene: Any) -> None:
     until(scene, "tilt() < 0.9")
 
 
-def retype(scene: Any, digits: str) -> Any:
-    """Type other digits into the box of the number of particles, and return the box."""
-    field = box(scene, "Particles")
-    field.click()
-    field.press("Control+a")
-    field.press_sequentially(digits, delay=30)
-    return field
-
-
 def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, scene: Any) -> None:
     """Neither its first digits nor another value that comes meanwhile interfere with it.
 
     A value that comes between the click and the first digit does not leave its own digits in front.
     """
-    field = retype(scene, "25")
+    field = box(scene, "Particles")
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("25", delay=30)
     assert session.changes == []
     session.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
     wait_for_value(page, box(scene, "Occluder width (px)"), "77")
@@ -322,17 +316,13 @@ def test_a_picture_is_decoded_while_the_last_frame_is_drawn(session: Session, sc
 
 # What the adapter's scripts and style sheet look for in viser's client.
 
-SELECTORS = sorted(
-    {
-        selector
-        for file in CLIENT.iterdir()
-        for selector in re.findall(r"\.mantine-\w+-\w+|\.tabler-icon-[\w-]+|\[data-dock-header\]", file.read_text())
-    }
-    | {"canvas[data-engine]"}
-)
-MEMBERS = dict.fromkeys(("nodeRefFromName", "camera", "scene", "messageQueue"), "object") | dict.fromkeys(
-    ("drainMessageQueue", "requestRender"), "function"
-)
+WRITTEN = "".join(file.read_text() for file in CLIENT.iterdir())
+SELECTORS = {
+    *re.findall(r"\.mantine-\w+-\w+|\.tabler-icon-[\w-]+|\[data-dock-header\]", WRITTEN),
+    "canvas[data-engine]",
+}
+MEMBERS = dict.fromkeys(("nodeRefFromName", "camera", "scene", "messageQueue"), "object")
+MEMBERS |= dict.fromkeys(("drainMessageQueue", "requestRender"), "function")
 
 
 def test_the_client_has_what_the_scripts_and_the_style_sheet_look_for(scene: Any) -> None:

@@ -70,9 +70,7 @@ async def test_the_time_of_a_browser_begins_when_the_question_has_left(monkeypat
     hearing.cancel()
 
 
-def test_the_rest_after_a_frame_is_shortened_by_its_drawing(
-    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_rest_is_shortened_by_drawing(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing and rest together take less than a frame at 30 Hz."""
     rests: list[float] = []
 
@@ -80,11 +78,8 @@ def test_the_rest_after_a_frame_is_shortened_by_its_drawing(
         rests.append(seconds)
         await asyncio.sleep(seconds)
 
-    def draw_slowly() -> None:
-        time.sleep(0.02)
-
     monkeypatch.setattr(viewer, "asyncio", SimpleNamespace(**{**vars(asyncio), "sleep": rest}))
-    monkeypatch.setattr(session.viewer, "_draw", draw_slowly)
+    monkeypatch.setattr(session.viewer, "_draw", lambda: time.sleep(0.02))
     for frame in range(3):
         rests.clear()
         session.show(drawing(frame, 50), frame, lambda: bool(rests))

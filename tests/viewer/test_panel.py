@@ -89,11 +89,7 @@ def test_a_refused_value_springs_back_with_a_reason(session: Session, peer: Peer
 
 def test_a_value_that_was_changed_by_the_session_wins_once_the_hand_rests(session: Session, peer: Peer) -> None:
     """During a drag the slider follows the hand; afterwards it shows the session's value."""
-
-    def halve(values: dict[str, Value]) -> None:
-        values["occlusion_width_px"] = float(values["occlusion_width_px"]) / 2
-
-    session.accept = halve
+    session.accept = lambda values: values.update(occlusion_width_px=float(values["occlusion_width_px"]) / 2)
     peer.uuid("Particles")
     for value in (20, 60, 100):
         peer.move("Occluder width (px)", value)

@@ -7,19 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import (
-    COLOURS,
-    Axes,
-    Drawing,
-    Frustum,
-    Links,
-    Mesh,
-    Picture,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-)
+from pftrack.core.model import drawing as model
+from pftrack.core.model.drawing import COLOURS, Drawing, Links, Mesh, Picture, Points, Polyline, Primitive
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.pictures import PictureEncoder
 from tests.viewer.host import Peer, Session, Site, drawing, f32
@@ -103,7 +92,7 @@ def test_an_absent_primitive_is_hidden_and_comes_back(session: Session, peer: Pe
     session.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), 2)
     wait_for(lambda: peer.visible.get("/estimate") is False and peer.visible.get("/particles") is False)
     session.show(drawing(3), 3, lambda: peer.visible.get("/estimate"))
-    axes = Axes(f32(10, 20, 5), np.eye(3, dtype=np.float32), 10.0, COLOURS["estimate"], 2.0, "pose")
+    axes = model.Axes(f32(10, 20, 5), np.eye(3, dtype=np.float32), 10.0, COLOURS["estimate"], 2.0, "pose")
     session.show(with_items(shown, mesh=LINE, axes=axes), 4, lambda: "/axes" in peer.nodes)
     wait_for(lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
 
@@ -161,7 +150,7 @@ def test_depth_is_shown_from_aside(session: Session, peer: Peer) -> None:
 
 def test_a_faulty_primitive_does_not_affect_others(session: Session, peer: Peer) -> None:
     """Later primitives and the caption are shown."""
-    wrong = Text(np.zeros(3, dtype=np.float32), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
+    wrong = model.Text(f32(0, 0, 0), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
     bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
     session.show(with_items(drawing(0, 50), wrong=wrong, bad=bad), 0, lambda: count(peer) == 50)
     session.show(drawing(1, 60), 1)
@@ -281,7 +270,7 @@ def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
 def test_the_camera_is_visible_only_from_aside(session: Session, peer: Peer) -> None:
     """From the front its rays would cross the picture; from aside high points lie on them."""
     corners = f32((0, 0, 0), (320, 0, 0), (320, 240, 0), (0, 240, 0))
-    camera = Frustum(f32(160, 120, 300), corners, COLOURS["camera"], 1.0, "camera")
+    camera = model.Frustum(f32(160, 120, 300), corners, COLOURS["camera"], 1.0, "camera")
     shown = with_items(drawing(), camera=camera, high=links((40, 60, 100), (40, 60, 200)))
     session.show(shown, 0, lambda: peer.visible.get("/high"))
     peer.move_view("Front", until=lambda: not peer.visible.get("/camera"))

@@ -94,9 +94,7 @@ async def test_a_failed_send_ends_the_connection(monkeypatch: pytest.MonkeyPatch
         assert (code, "0.0.1" in reason) == (1002, True)
 
 
-async def test_a_connection_that_fails_ends_alone(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_what_fails_ends_alone(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
     """The failure is logged and reported to the browser; the next browser is served."""
     async with running() as (_, reached):
         websocket, other = Websocket(), Websocket()

@@ -63,9 +63,7 @@ def test_a_world_stands_to_the_right_of_the_picture() -> None:
     Its title has the unit, and its ruler the stated length in each direction.
     """
     shown = placed(inside())
-    points, title, line, length = (
-        shown[f"world head: {name}"] for name in ("points", "title", "ruler", "ruler length")
-    )
+    points, title, line, length = (shown[f"world head: {it}"] for it in ("points", "title", "ruler", "ruler length"))
     np.testing.assert_allclose(points.positions[0], [ACROSS, 119.5, 0], atol=1e-3)
     np.testing.assert_allclose(points.positions[1] - points.positions[0], np.full(3, 10 * SCALE), atol=1e-3)
     assert points.size == pytest.approx(5 * SCALE)
@@ -146,9 +144,8 @@ def test_a_body_is_a_stretched_and_rotated_ball(stance: Stance) -> None:
         shown.centres, shown.wxyz, shown.half_axes, np.eye(3), spread, strict=True
     ):
         turn = SO3(wxyz.astype(np.float64)).as_matrix()
-        np.testing.assert_allclose(
-            turn @ np.diag((half_axes / 2.0) ** 2) @ turn.T, mirror[:, None] * covariance * mirror, atol=1e-3
-        )
+        mirrored = mirror[:, None] * covariance * mirror
+        np.testing.assert_allclose(turn @ np.diag((half_axes / 2.0) ** 2) @ turn.T, mirrored, atol=1e-3)
         assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-5)
         np.testing.assert_allclose(centre, mirror * place + [0, 0, stance.lift], atol=1e-6)
     flat = np.diag([9.0, 4.0, 0.0]).astype(np.float32)[None]
