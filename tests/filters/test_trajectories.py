@@ -8,7 +8,7 @@ import pytest
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH
 from pftrack.filters import kalman
-from pftrack.filters.dynamics import LinearDynamics
+from pftrack.filters.dynamics import autoregression
 from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.gaussian import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface
@@ -34,9 +34,7 @@ def test_the_linear_filter_is_the_general_one() -> None:
     """Positions, variances and densities are those of the Kalman filter over all four coordinates, gaps included."""
     track = TRACK[:30].copy()
     track[[7, 8]] = np.nan
-    model = LinearDynamics(
-        np.kron(np.array([[2.0, -1.0], [1.0, 0.0]]), np.eye(2)), np.zeros(4), np.vstack([np.eye(2), np.zeros((2, 2))])
-    )
+    model = autoregression(2.0 * np.eye(2), -np.eye(2), np.zeros(2), np.eye(2))
     belief = Gaussian(np.tile(track[0], 2), np.eye(4))
     ours, total = gaussian.nothing(1), 0.0
     for observed in track:
