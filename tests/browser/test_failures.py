@@ -110,9 +110,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.until(lambda: [it["id"] for it in server.get("sessions")] == [opened], "the page's own have ended")
 
 
-def test_a_refused_run_is_said_and_nothing_is_left(
-    failure: FailurePage, server: Server, complaints: Complaints
-) -> None:
+def test_a_refused_run_is_said_and_leaves_nothing(failure: FailurePage, server: Server, complaints: Complaints) -> None:
     """Where there is no place for both runs, the page says so; left then, it leaves no session behind."""
     complaints.expected = ("status of 503",)
     page, begun = failure.page, list[Any]()
