@@ -84,8 +84,7 @@ def test_a_clip_gives_its_name(client: httpx.Client, upload: str) -> None:
     groups = {each["name"]: each["group"] for each in session["declarations"]}
     assert set(session["about"]) < set(groups)
     assert "Occluder and look-alikes" not in {groups[name] for name in (*session["about"], next(iter(groups)))}
-    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
-    assert run["title"].startswith("walk · ")
+    assert client.post("/api/v1/runs", json={"session": session["id"]}).json()["title"].startswith("walk · ")
     assert client.get("/api/v1/work", params={"q": "blob walk"}).json()["found"]["runs"] == 1
     (listed,) = (each for each in client.get("/api/v1/experiments").json() if each["id"] == "ball")
     assert (listed["title"], listed["clip_title"]) == ("Ball behind an occluder", "Colour blob")

@@ -187,6 +187,5 @@ def test_uploads_at_the_same_time_do_not_exceed_the_limit(start_server: Any) -> 
     """Only as many simultaneous uploads are kept as the limit allows."""
     with start_server(max_uploads=2) as (_, client), ThreadPoolExecutor(4) as pool:
         files = [[(f"{name}.png", png(20)), ("z.png", png(30))] for name in "abcd"]
-        answers = list(pool.map(lambda each: send(client, *each).status_code, files))
-        assert sorted(answers) == [201] * 2 + [409] * 2
+        assert sorted(pool.map(lambda each: send(client, *each).status_code, files)) == [201] * 2 + [409] * 2
         assert len(client.get("/api/v1/uploads").json()) == 2

@@ -114,8 +114,7 @@ def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
 
 def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
     """When a disc loses its colour, the session reports that it no longer separates, and since which frame."""
-    colours = [(210, 40, 40)] * FRAMES + [(112, 110, 110)] * FRAMES
-    film = disc_film(2 * FRAMES, speed_px=0, colours=colours)
+    film = disc_film(2 * FRAMES, speed_px=0, colours=[(210, 40, 40)] * FRAMES + [(112, 110, 110)] * FRAMES)
     upload = client.post("/api/v1/uploads", files={"file": ("fade.mp4", film)}).json()["id"]
     told = ask(client, upload, box(31, 51)).json()["remark"]
     assert "looked at picture 0, and around the same place in 8 pictures up to 23" in told.lower()

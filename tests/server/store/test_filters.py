@@ -22,7 +22,7 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.store.files import DataDirectory
 from tests.server.asking import get
 from tests.server.follow_jobs import bring_in, ended, import_refusal
-from tests.server.host import Server, begin, change_values, command, error_of, running, steer
+from tests.server.host import Server, begin, change_values, command, error_of, granted, post, running, steer
 from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
@@ -127,8 +127,7 @@ def test_code_is_never_taken_over_the_network(client: httpx.Client, server: Serv
     evil = TEXT + "\nimport os; os.system('touch evil')\n"
     body = {"recipe": {"experiment": "ball", "tracker": "theirs", "filters": {"theirs": [evil]}}}
     assert "not here" in error_of(client.post("/api/v1/sessions", json=body), 422)["message"]
-    session = begin(client, tracker="mine")["id"]
-    saved = client.post("/api/v1/runs", json={"session": session}).json()
+    saved = post(client, "runs", session=begin(client, tracker="mine")["id"])
     record = client.get(f"/api/v1/runs/{saved['id']}/download").content
     assert client.post(f"/api/v1/runs/{saved['id']}/open").status_code == 201
     assert bring_in(client, record)["tracker"] == "mine"
@@ -232,8 +231,7 @@ def test_every_way_in_takes_a_known_hash_alone(
     for way, body in WAYS_IN.items():
         told = error_of(steady.post(f"/api/v1/{way}", **body(evil)), 422)["message"]
         assert "64 hexadecimal digits in lower case" in told or "recipe.filters.b.0" in told, way
-        answer = steady.post(f"/api/v1/{way}", **body(known))
-        assert answer.is_success, answer.text
+        granted(steady.post(f"/api/v1/{way}", **body(known)))
     assert not (place / "it-has-run").exists()
     assert len(read) > 3
     assert all(read)
@@ -252,7 +250,7 @@ REPLACEMENTS: dict[str, Callable[[Path], object]] = {
 @pytest.fixture(scope="module")
 def followed(steady: httpx.Client) -> str:
     """A session by the owner's filter, whose worker has its text."""
-    name: str = begin(steady, tracker="mine", frames=45)["id"]
+    name = begin(steady, tracker="mine", frames=45)["id"]
     command(steady, name, "seek", frame=40)
     return name
 

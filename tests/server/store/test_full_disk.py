@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from tests.server.follow_jobs import send_run
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, error_of, post, steer
 from tests.server.uploads.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -60,8 +60,7 @@ def test_the_reserve_is_kept(start_server: Any, small_disk: Path, clip: bytes) -
     """Below the reserve nothing new is accepted, with a sentence that names the remedy; sessions continue."""
     with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
         session = begin(client)["id"]
-        saved = save(client, session).json()["id"]
-        content = client.get(f"/api/v1/runs/{saved}/download").content
+        content = client.get(f"/api/v1/runs/{save(client, session).json()['id']}/download").content
         fill(small_disk, 3 * MEBIBYTE)
         axes = [{"name": "occlusion_width_px", "values": [30]}]
         plan = {"experiment": "ball", "axes": axes, "trials": 2, "trackers": ["apf"]}
@@ -92,8 +91,7 @@ def test_room_can_be_made(start_server: Any, small_disk: Path, clip: bytes) -> N
         run = save(client, first).json()["id"]
         fill(small_disk)
         assert free_bytes(small_disk) == 0
-        noted = client.post(f"/api/v1/sessions/{first}/bookmarks", json={"note": "kept"})
-        assert noted.status_code == 201, noted.text
+        post(client, f"sessions/{first}/bookmarks", note="kept")
         fill(small_disk)
         steer(client, first, "branch", frame=5, values={"tracker": "apf"})
         for what in (f"sessions/{second}", f"runs/{run}", f"uploads/{upload}"):

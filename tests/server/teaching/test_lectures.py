@@ -141,8 +141,7 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
         {"comparison": {"runs": references, "arrangement": "over"}},
         {"poll": "No", "answers": ["yes", "- off", "1e5"]},
     ]
-    body = {"title": 'A "title": of\u2028mine', "items": items, "notes": "---\n"}
-    lecture = post(client, "lectures", **body)
+    lecture = post(client, "lectures", title='A "title": of\u2028mine', items=items, notes="---\n")
     client.delete(f"/api/v1/runs/{run['id']}")
     own, compared, poll = lecture["items"]
     assert own["title"] == "= Mine"

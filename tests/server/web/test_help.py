@@ -51,8 +51,7 @@ def test_the_documentation_is_below_the_base_path(monkeypatch: pytest.MonkeyPatc
     assert style.headers["content-type"].startswith("text/css")
     assert get(f"{BASE}/help/_static/site.css", **{"if-none-match": style.headers["etag"]}).status_code == 304
     assert get("/help/").status_code == 404
-    example = get(f"{BASE}/help/media/ball.html")
-    assert example.headers["content-security-policy"] == pages.EXAMPLES_POLICY
+    assert get(f"{BASE}/help/media/ball.html").headers["content-security-policy"] == pages.EXAMPLES_POLICY
     assert "allow-same-origin" not in pages.EXAMPLES_POLICY
     for path in ("nowhere.html", "%2e%2e/secret", "media/%2e%2e/%2e%2e/secret", "media/"):
         assert get(f"{BASE}/help/{path}").status_code == 404

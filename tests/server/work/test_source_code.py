@@ -68,8 +68,7 @@ def test_the_lines_of_a_run_give_its_numbers(name: str, tmp_path: Path) -> None:
     lines = run_code(run.recipe, run.experiment, 30)
     expected = run.estimates_sha256
     assert in_python(lines.python, tmp_path).strip() == expected
-    command = f"{lines.command.rstrip()} --json"
-    assert json.loads(in_shell(command, tmp_path))["estimates_sha256"] == expected
+    assert json.loads(in_shell(f"{lines.command.rstrip()} --json", tmp_path))["estimates_sha256"] == expected
     assert len(lines.python.splitlines()) <= 30
     assert ("preset='few'" in lines.python) is (name == "preset")
 
@@ -152,5 +151,4 @@ def test_a_name_of_a_recording_stays_a_text() -> None:
     name = 'a"), print("it has run"), ("'
     footage, plan = clip(name)
     for code in (sweep_code(plan), run_code(Recipe(experiment="ball", footage=footage), find("ball"))):
-        tree = ast.parse(code.python)
-        assert name in [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+        assert name in [node.value for node in ast.walk(ast.parse(code.python)) if isinstance(node, ast.Constant)]
