@@ -49,8 +49,7 @@ def test_a_session_tells_of_its_loss_what_the_library_tells(client: httpx.Client
     place = f"/api/v1/sessions/{session['id']}/explanation"
     before = client.get(place).json()["diagnosis"]
     assert (before["frame"], before["signs"]) == (None, [])
-    refused = error_of(client.get(place, params={"frame": 9}), 422)["message"]
-    assert "a frame that has been computed, 0 to 0" in refused
+    assert "a frame that has been computed, 0 to 0" in error_of(client.get(place, params={"frame": 9}), 422)["message"]
     error_of(command(client, session["id"], "before_loss"), 409)
     assert [one["name"] for one in session["series"] if one["role"] == "loss_probability"] == ["loss_probability"]
     asked = steer(client, session["id"], "stop_at", probability=0.8)

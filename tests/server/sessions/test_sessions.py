@@ -58,8 +58,7 @@ def test_branches_have_colours(client: httpx.Client, session: dict[str, Any]) ->
     """The shown branch has the estimate's colour; the branch drawn beside it has the second run's colour."""
 
     def colours_after(kind: str, **more: Any) -> dict[str, str]:
-        branches = steer(client, session["id"], kind, **more)["branches"]
-        return {branch["id"]: branch["colour"] for branch in branches}
+        return {branch["id"]: branch["colour"] for branch in steer(client, session["id"], kind, **more)["branches"]}
 
     steer(client, session["id"], "seek", frame=20)
     values = {"tracker": "condensation", "sample_count": 100}
@@ -90,13 +89,10 @@ BEGUN: list[tuple[Any, str]] = [
     ({}, "experiment"),
     ({"experiment": "chess"}, "experiment"),
     ({"tracker": "magic"}, "tracker"),
-    ({"seed": -1}, "seed"),
-    ({"seed": 2**70}, "seed"),
-    ({"frames": 0}, "frames"),
-    ({"frames": 10**6}, "frames"),
+    *(({"seed": seed}, "seed") for seed in (-1, 2**70)),
+    *(({"frames": frames}, "frames") for frames in (0, 10**6)),
     ({"parameters": [1]}, "timeline.0.values"),
-    ({"upload": "nothing", "box": [0, 0, 9, 9]}, "upload"),
-    ({"box": [0, 0, 9, 9]}, "upload"),
+    *(({**upload, "box": [0, 0, 9, 9]}, "upload") for upload in ({"upload": "nothing"}, {})),
     ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "sample_count"),
     ({"frames": 40, "timeline": [{"frame": 40, "values": {"sample_count": 150}}]}, "timeline"),
     ({"surprise": 1}, "surprise"),

@@ -174,8 +174,7 @@ def test_a_run_that_has_to_compile_says_so(
 async def test_an_answer_is_as_the_command_left_the_run() -> None:
     """A frame that is computed before the requester continues is not in the answer: it came after the command."""
     heard: list[Event] = []
-    config: Any = None
-    handle = WorkerHandle(config, heard.append, lambda reason: None)
+    handle = WorkerHandle(None, heard.append, lambda reason: None)  # type: ignore[arg-type]
     handle._end = Mock()
     asking = asyncio.create_task(handle.request(Play(), lambda _: len(heard)))
     await asyncio.sleep(0)
@@ -201,8 +200,7 @@ async def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: 
 
 def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
     """Otherwise its first full collection copies the pages of everything that was preloaded."""
-    frozen = run(ChildTasks(Queues()).run(gc.get_freeze_count))
-    assert frozen > 100_000
+    assert run(ChildTasks(Queues()).run(gc.get_freeze_count)) > 100_000
 
 
 def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:

@@ -32,8 +32,7 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client, tmp_
     assert set(offered) == {one.name for one in exports_of(find("ball"))} > {one.name for one in FORMATS}
     steer(client, session["id"], "seek", frame=9)
     address = f"/api/v1/sessions/{session['id']}/exports"
-    learned = ended(client, client.post(f"{address}/learned"))
-    assert "frames with two frames known before them" in learned["error"]
+    assert "frames with two frames known before them" in ended(client, client.post(f"{address}/learned"))["error"]
     table = taken(client, session["id"], "csv")
     assert table.headers["content-type"].split(";")[0] == offered["csv"]["media_type"]
     read = pd.read_csv(io.StringIO(table.text))
