@@ -13,6 +13,7 @@ CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.v
 FORKING = """
 import os, sys
 import numba, pftrack.core.numerics.compiled
+sys.dont_write_bytecode = True  # bytecode of a file that is written twice in a second would not be renewed
 numba.njit(lambda x: x + 1)(1)
 for line in sys.stdin:
     if not os.fork():
