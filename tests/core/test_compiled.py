@@ -13,7 +13,6 @@ CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.v
 FORKING = """
 import os, sys
 import numba, pftrack.core.numerics.compiled
-sys.dont_write_bytecode = True  # bytecode of a file that is written twice in a second would not be renewed
 numba.njit(lambda x: x + 1)(1)
 for line in sys.stdin:
     if not os.fork():
@@ -29,8 +28,9 @@ def forking() -> Iterator[subprocess.Popen[str]]:
     """A process that has compiled something, which takes a second at first, and forks for each line that it gets."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     environment.pop("NUMBA_CACHE_DIR", None)
+    # Bytecode of a file that is written twice in a second would not be renewed.
     with subprocess.Popen(
-        [sys.executable, "-c", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+        [sys.executable, "-Bc", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
     ) as process:
         yield process
 
