@@ -17,6 +17,11 @@ def made_up(pitch_deg: float, seed: int = 0, model: head.Model = "mean") -> head
     )
 
 
+def test_drivers_are_as_far_from_the_mean_face_as_the_reference_has_them() -> None:
+    """To a fifth of a mm, which is as near as an unknown order of draws lets one come."""
+    assert [head.distance_mm(driver) for driver in (99, 101, 102)] == pytest.approx([2.2, 3.9, 3.6], abs=0.2)
+
+
 def test_trials_do_not_hang_on_what_else_sees_the_video(monkeypatch: pytest.MonkeyPatch) -> None:
     """A trial that shares its pictures with others measures what it measures alone, to the bit."""
     monkeypatch.setattr(head, "SCRIPT_FRAMES", FRAMES)  # the first ones, at the usual speed

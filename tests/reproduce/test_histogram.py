@@ -1,6 +1,13 @@
-"""The figures of a window by its colours."""
+"""What is claimed for a window by its colours, on few runs, and its figures."""
 
-from pftrack.reproduce.histogram import Outcome, draw
+from pftrack.reproduce.histogram import Case, Outcome, draw, runs
+
+
+def test_lambda_and_velocity_decide() -> None:
+    """In scene 0 the lecture's filter comes through, with lambda 200 or without a prediction it does not."""
+    assert runs(Case(0, "condensation", {}, 2)).success == 1.0
+    assert runs(Case(0, "condensation", {"sharpness": 200}, 2)).success == 0.0
+    assert runs(Case(0, "greedy", {}, 1)).success == 0.0
 
 
 def test_figures_are_drawn() -> None:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from pftrack.reproduce.structure import CENTRES, head_tracks, prism_tracks
+from pftrack.vision.structure.factorization import factorize, shape_error
+from pftrack.vision.structure.variational import fit
 
 
 def test_the_prism_hides_as_specified() -> None:
@@ -24,6 +26,17 @@ def test_hidden_points_are_noisy_and_known_to_be() -> None:
     assert set(np.unique(prism.tracks.variances)) == {1.0, 2500.0}
     assert np.array_equal(prism_tracks(3).tracks.positions, prism.tracks.positions)
     assert not np.array_equal(prism_tracks(4).tracks.positions, prism.tracks.positions)
+
+
+def test_the_prism_is_recovered_by_weights_alone() -> None:
+    """The variational error is near 0.0156 and that of equal weights near 0.2."""
+    errors = []
+    for seed in range(5):
+        prism = prism_tracks(seed)
+        errors.append([shape_error(it(prism.tracks).shape, prism.shape_mm) for it in (fit, factorize)])
+    ours, equal = np.mean(errors, axis=0)
+    assert ours == pytest.approx(0.0156, abs=0.003)
+    assert equal == pytest.approx(0.204, abs=0.03)
 
 
 def test_the_face_is_noisier_where_it_looks_otherwise() -> None:

@@ -11,12 +11,20 @@ from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.ball.model import GUIDANCE, TRACKERS, BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState
+from pftrack.filters.learning import online_em
 from pftrack.filters.learning.diffusion import learn
 from pftrack.filters.particles import ParticleSet
 from pftrack.runs.run import Run
 from tests.making import whole_run
 
 BALL = find("ball")
+
+
+def test_the_period_is_learned() -> None:
+    """The learned motion of a visible ball has its period to two frames."""
+    plain = {"occlusion_width_px": 0, "distracter_radius_px": 0, "amplitude_px": 40, "learn_dynamics": True}
+    learner = whole_run(BALL, tracker="h-spf", seed=5, frames=240, values=plain).current.state.learner
+    assert online_em.period_frames(online_em.dynamics(learner, np.zeros((2, 2)))) == pytest.approx(30, abs=2)
 
 
 def test_learning_can_be_switched_on_and_off() -> None:

@@ -43,6 +43,18 @@ def target(frame: int) -> FishTarget:
     return FishSource(0, DEFAULTS).target(frame, DEFAULTS)
 
 
+@pytest.mark.parametrize("tracker", TRACKERS)
+def test_the_fish_is_followed(tracker: str) -> None:
+    """For two thirds of a second each tracker is within the fish, its heading and bend near the truth."""
+    state, true, parameters = begin_at(target(0), 1000), target(10), revise(DEFAULTS, {"sample_count": 1000})
+    for frame in range(1, 11):
+        state = step_frame(tracker, state, seen(frame), parameters, 7, frame)
+    assert true.holds(state.estimate)
+    assert np.hypot(*(state.estimate - true.position)) < 6.0
+    assert abs(np.remainder(state.mean[4] - true.theta + np.pi, 2 * np.pi) - np.pi) < 0.25
+    assert state.distance < 8.0
+
+
 def test_all_begin_at_the_truth_with_its_velocity() -> None:
     """Every particle is at the pose of frame 0, with the first frame's velocity in the body's frame."""
     begin, first = target(0), target(1)

@@ -352,7 +352,10 @@ def test_it_goes_on_for_ever() -> None:
 # Recordings.
 
 
-def film(colour: tuple[int, int, int] = (200, 50, 50)) -> Pictures:
+RED, WHITE = (200, 50, 50), (240, 240, 240)
+
+
+def film(colour: tuple[int, int, int] = RED) -> Pictures:
     """A square that walks to the right over grey."""
     shown = np.full((12, 60, 90, 3), 110, np.uint8)
     for index, picture in enumerate(shown):
@@ -360,11 +363,14 @@ def film(colour: tuple[int, int, int] = (200, 50, 50)) -> Pictures:
     return Pictures(list(shown))
 
 
-def test_a_box_without_colour_is_followed_by_brightness() -> None:
-    """A white square on grey has no colour, and is followed all the same."""
+@pytest.mark.parametrize(("tracker", "colour"), [("condensation", WHITE), *((it, RED) for it in HISTOGRAM.trackers)])
+def test_a_film_is_followed(tracker: str, colour: tuple[int, int, int]) -> None:
+    """Every tracker is on the square to the end, and its boxes overlap the true ones; white is told by brightness."""
     truth = TruthTable({index: (10.0 + 3 * index, 20.0, 15.0, 15.0) for index in range(12)})
-    setup = HISTOGRAM.video.on_video(film((240, 240, 240)), Box.of(10, 20, 15, 15), truth=truth)
-    assert whole_run(HISTOGRAM, setup, seed=1).summary().measures["mean_iou"] > 0.7
+    setup = HISTOGRAM.video.on_video(film(colour), Box.of(10, 20, 15, 15), truth=truth)
+    measures = whole_run(HISTOGRAM, setup, tracker=tracker, seed=1).summary().measures
+    assert measures["mean_iou"] > 0.7
+    assert measures["held_at_end"] == 1.0
 
 
 @pytest.mark.parametrize("box", [Box.of(17, 27, 1, 1), Box.of(0, 0, 90, 60), Box.of(88, 0, 2, 60)])
@@ -422,7 +428,7 @@ def test_a_target_that_comes_back_elsewhere_is_found() -> None:
     for index, picture in enumerate(shown):
         if not 8 <= index < 12:
             x, y = (20 + 2 * index, 30) if index < 8 else (160, 80)
-            picture[y : y + 15, x : x + 15] = (200, 50, 50)
+            picture[y : y + 15, x : x + 15] = RED
             truth[index] = (float(x), float(y), 15.0, 15.0)
     setup = HISTOGRAM.video.on_video(Pictures(list(shown)), Box.of(20, 30, 15, 15), truth=TruthTable(truth))
     for share, found in ((0.1, 1.0), (1.0, 1.0), (0.0, 0.0)):

@@ -67,6 +67,12 @@ def test_a_filter_is_sure_of_a_wrong_length_and_a_region_is_not() -> None:
     assert least < 50.0 < most
 
 
+def test_lengths_in_space_are_found_within_a_pixel() -> None:
+    """All three lengths, at the end of the preset."""
+    found = np.array([rows("3d")[-1].vector(f"length_{link}") for link in (1, 2, 3)])
+    assert np.abs(found - [[68.0], [58.0], [48.0]]).max() < 1.0
+
+
 def test_a_region_is_lost_when_it_excludes_the_truth_and_a_filter_by_its_error() -> None:
     """The middle of a region may be far off without a loss; the report has containment of regions only."""
     assert max(errors("mirror3")) > 11.5

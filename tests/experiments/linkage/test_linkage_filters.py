@@ -184,6 +184,16 @@ def test_a_box_is_taken_over_as_a_gaussian() -> None:
     assert chain.covariance[3, 3] == DEFAULTS.start_rate_variance_rad2
 
 
+def test_all_trackers_take_over_from_all() -> None:
+    """Whatever tracker took the frame before, each takes the next, and continues at the same pose."""
+    values = {**NARROW, "sample_count": 50, "start_angle_variance_rad2": 0.001}
+    for name in LINKAGE.trackers:
+        state = step(name, start(name, **values), image(), **values)
+        for other in LINKAGE.trackers:
+            after = step(other, state, image(), 2, **values)
+            assert after.directions == pytest.approx(np.cumsum(THETA), abs=0.35), (name, other)
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [

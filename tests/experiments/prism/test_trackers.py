@@ -119,6 +119,18 @@ def test_a_measurement_that_is_not_a_number_is_ignored(method: Method) -> None:
     assert np.isfinite(stepped(state, method, given, 3, seen, 5.0).log_evidence)
 
 
+@pytest.mark.parametrize(("upper", "distance", "within"), [("perspective", 64, 2), ("affine", 80, 1)])
+def test_the_pinhole_knows_the_distance(upper: str, distance: float, within: float) -> None:
+    """A prism that comes nearer by a fifth is found there to 2 mm; with an affine camera the distance stays."""
+    given = parameters(upper_layer=upper, sample_count=200)
+    state = begun("pf-asd", given)
+    for frame in range(1, 25):
+        place = (0.0, 0.0, 80.0 * (1 - 0.2 * min(frame / 20, 1.0)))
+        state = stepped(state, "pf-asd", given, frame, posed((0, 0, 0), given, place), 0.5)
+    assert state.translation_mm == pytest.approx([0, 0, distance], abs=within)
+    assert upper == "affine" or np.rad2deg(np.abs(state.estimate)).max() < 3
+
+
 def test_the_place_is_that_of_this_frame() -> None:
     """The place of a prism that moves by 2 mm a frame is that of the current frame, to 0.8 mm."""
     given = parameters(upper_layer="perspective", sample_count=300)

@@ -104,6 +104,15 @@ def test_what_no_view_shows_is_not_claimed(values: dict[str, Any]) -> None:
     assert "depth not seen yet" in EXPERIMENT.draw(run.current, run.diagnostics).caption
 
 
+def test_it_grows_from_the_mean_face_to_this_one() -> None:
+    """The shape begins as the mean of others, and the own one takes over as it predicts better."""
+    run = whole_run(EXPERIMENT, frames=70, values={"tracked_body": "face", "swing_deg": 30})
+    first, last = run.diagnostics[0], run.diagnostics[-1]
+    assert first.series["own_weight"] < 0.05
+    assert last.series["own_weight"] > 0.9
+    assert last.error < first.error / 3
+
+
 def test_a_least_noise_is_taken_and_a_missing_point_stays_where_it_was() -> None:
     """No variance is below the one that is trusted; singular values need a place for what is not measured."""
     points = body_of("cloud", 3, 9).points

@@ -300,6 +300,19 @@ def report(path: Path, **options: Any) -> dict[str, Any]:
     return dict(EXPERIMENT.measured.report(run.diagnostics))  # type: ignore[misc]
 
 
+@pytest.mark.parametrize("tracker", EXPERIMENT.trackers)
+def test_a_moving_picture_is_followed_with_nothing_marked(tracker: str, tmp_path: Path) -> None:
+    """From any picture on corners are found, and their smoothed positions move as the picture does."""
+    wide = texture(size=(300, 180))
+    run = run_of(film([wide[:, 2 * step : 2 * step + 240] for step in range(20)], tmp_path), tracker, start=4)
+    state = run.finish().state
+    moved = state.raw[0] - state.first
+    assert state.raw.shape[1] == 100
+    assert np.nanmedian(moved, axis=0).tolist() == [-30.0, 0.0]
+    known = np.isfinite(moved[:, 0]) & (state.born == 0)
+    assert np.abs(state.filtered[0] - state.raw[0])[known].max() < 2.0
+
+
 def test_false_motion_is_that_of_what_rests(tmp_path: Path) -> None:
     """When something moves in a picture at rest, only what rests counts, though it is hidden for a while."""
     pictures = [texture() for _ in range(40)]
