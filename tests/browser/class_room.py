@@ -26,8 +26,6 @@ window.WebSocket = class extends WebSocket {
 };
 """
 PHONE, WIDE = (390, 844), (1280, 800)
-STILL = {"reduced_motion": "reduce"}
-"""Places of a page that wait for their content do not shimmer: each picture costs processor time."""
 
 
 class Follower(View):
@@ -75,6 +73,18 @@ class Lecturer(SessionPage):
         self.until(lambda: self.page.inner_text(".follow-chip") == words, f"the chip says {words}")
 
 
+def visitor(chromium: Any, *scripts: str, **options: Any) -> Any:
+    """Return a new context of a browser that waits a minute for a page, and has scripts run in each.
+
+    Places of a page that wait for their content do not shimmer: each picture costs processor time.
+    """
+    context = chromium.new_context(reduced_motion="reduce", **options)
+    context.set_default_timeout(60_000)
+    for script in (FRUGAL, *scripts):
+        context.add_init_script(script)
+    return context
+
+
 def listen(page: Any, hear: Callable[[str], None]) -> None:
     """Hear all that is wrong on a page."""
     page.on("pageerror", lambda error: hear(str(error)))
@@ -88,11 +98,8 @@ def newcomers(chromium: Any, server: Server, hear: Callable[[str], None]) -> Ite
 
     def come(size: tuple[int, int] = PHONE) -> Follower:
         viewport = {"width": size[0], "height": size[1]}
-        context = chromium.new_context(viewport=viewport, base_url=f"{server.url}/", color_scheme="light", **STILL)
+        context = visitor(chromium, CUTTING, viewport=viewport, base_url=f"{server.url}/", color_scheme="light")
         contexts.append(context)
-        context.set_default_timeout(60_000)
-        for script in (FRUGAL, CUTTING):
-            context.add_init_script(script)
         page = context.new_page()
         listen(page, hear)
         return Follower(page)

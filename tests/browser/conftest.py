@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from tests.browser.class_room import STILL, Follower, listen, newcomers
+from tests.browser.class_room import Follower, listen, newcomers, visitor
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
-from tests.conftest import CHROMIUM, FRUGAL
+from tests.conftest import CHROMIUM
 from tests.installing import ROOT, install
 
 Watch: TypeAlias = Callable[..., SessionPage]
@@ -103,9 +103,7 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
     @cache
     def context(server: Server) -> Any:
-        made = chromium.new_context(viewport=WINDOW, base_url=f"{server.url}/", color_scheme="light", **STILL)
-        made.set_default_timeout(60_000)
-        made.add_init_script(FRUGAL)
+        made = visitor(chromium, viewport=WINDOW, base_url=f"{server.url}/", color_scheme="light")
         made.new_page()  # stays open: another one for each test to be cleared from would be another process
         return made
 
@@ -179,10 +177,7 @@ def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
 @pytest.fixture
 def stranger(chromium: Any) -> Iterator[Any]:
     """A page of a new visitor, in a browser that shows sessions flat."""
-    context = chromium.new_context(viewport=WINDOW, **STILL)
-    context.set_default_timeout(60_000)
-    for script in (FRUGAL, CHOSEN.format("flat")):
-        context.add_init_script(script)
+    context = visitor(chromium, CHOSEN.format("flat"), viewport=WINDOW)
     yield context.new_page()
     context.close()
 

@@ -11,11 +11,11 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.browser.class_room import STILL, lead, listen
+from tests.browser.class_room import lead, listen, visitor
 from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, SessionPage
-from tests.conftest import BASE, FRUGAL
+from tests.conftest import BASE
 from tests.nginx import NGINX, free_port, nginx, site
 
 pytestmark = pytest.mark.skipif(NGINX is None, reason="needs Debian's nginx-light")
@@ -54,10 +54,7 @@ def behind(tmp_path_factory: pytest.TempPathFactory, server: Server, beside_othe
 @pytest.fixture
 def secure(chromium: Any, behind: Behind, beside_others: Server) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
-    context = chromium.new_context(base_url=f"{behind.taken_off}/", color_scheme="light", **STILL)
-    context.set_default_timeout(60_000)
-    for script in (FRUGAL, CHOSEN.format("flat")):
-        context.add_init_script(script)
+    context = visitor(chromium, CHOSEN.format("flat"), base_url=f"{behind.taken_off}/", color_scheme="light")
     page = context.new_page()
     errors: list[str] = []
     listen(page, errors.append)

@@ -111,7 +111,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
 
 
 def test_a_refused_run_is_said_and_leaves_nothing(failure: FailurePage, server: Server, complaints: Complaints) -> None:
-    """Where there is no place for both runs, the page says so; left then, it leaves no session behind."""
+    """The page says that there is no room for both runs; when it is closed, the begun one ends."""
     complaints.expected = ("status of 503",)
     page, begun = failure.page, list[Any]()
 

@@ -23,9 +23,7 @@ class TourPage(SessionPage):
 
     def press_by_keyboard(self, button: Any) -> None:
         """Go from the note to a button with the tab key, and press it."""
-        self.until(
-            lambda: self.page.evaluate("document.activeElement.closest('.callout') !== null"), "it has the focus"
-        )
+        self.until(lambda: self.page.evaluate("document.activeElement.closest('.callout') !== null"), "it is focused")
         for _ in range(10):
             self.page.keyboard.press("Tab")
             if button.evaluate("button => button === document.activeElement"):
@@ -140,9 +138,7 @@ def test_a_note_on_compiling_goes_away_when_nothing_is_known(page: Any, complain
     assert page.locator("[data-part=compiling][role=status]").inner_text() == ""
 
 
-def test_the_keyboard_alone_starts_a_session_which_is_described_in_words(
-    gallery: Gallery, watch: Watch, server: Server
-) -> None:
+def test_the_keyboard_alone_starts_a_session(gallery: Gallery, watch: Watch, server: Server) -> None:
     """From the top of the start page past the links to an experiment, which plays; the standing frame is described.
 
     The words tell the frame, the verdict and the estimate; picture, plots and measures have their own.

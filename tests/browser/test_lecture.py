@@ -133,7 +133,8 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     made.until(lambda: page.locator("[data-staged]").count() == 1, "the answers take the page")
     page.keyboard.press("PageDown")
     made.until(lambda: page.locator("[data-staged]").count() == 0, "the next key gives the page back")
-    assert folded_above(page), "folded, the poll hides nothing"
+    line, first = (page.locator(each).bounding_box() for each in (".lead-poll[data-folded]", "main"))
+    assert line["y"] + line["height"] <= first["y"] + 1, "folded, the poll hides nothing"
     assert page.inner_text(NEXT) == "Finish"
     page.keyboard.press("PageDown")
 
@@ -148,12 +149,6 @@ def test_a_page_becomes_an_item(page: Any, server: Server) -> None:
     [item] = server.get(f"lectures/{made['id']}")["items"]
     assert (item["kind"], item["problem"]) == ("comparison", None)
     server.delete(f"lectures/{made['id']}")
-
-
-def folded_above(page: Any) -> bool:
-    """Whether the folded poll ends where the page's own begins."""
-    line, first = (page.locator(each).bounding_box() for each in (".lead-poll[data-folded]", "main"))
-    return bool(line["y"] + line["height"] <= first["y"] + 1)
 
 
 def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Callable[..., Follower]) -> None:

@@ -57,7 +57,7 @@ class Editing(View):
 
 
 def test_a_circle_is_made_from_its_description(bare: Any, complaints: Any) -> None:
-    """There is no mark until somebody makes one; then centre, edge, slider and keys each change their part.
+    """The page begins without a mark; centre, edge, slider and keys each change their part of a new one.
 
     A missing picture is reported in its place until there is one again.
     """

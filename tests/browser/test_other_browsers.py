@@ -98,9 +98,7 @@ class WebKit:
 
     def visit(self, address: str) -> None:
         self._ask(f"{self._session}/url", url=address)
-        self.evaluate(
-            "addEventListener('error', ({ message }) => window.complaints.push(message), window.complaints = [])"
-        )
+        self.evaluate("addEventListener('error', ({ message }) => complaints.push(message), window.complaints = [])")
 
     def evaluate(self, expression: str) -> Any:
         return self._ask(f"{self._session}/execute/sync", script=f"return {expression}", args=[])

@@ -50,9 +50,7 @@ def test_the_gallery_shows_it_and_names_what_is_broken(gallery: Gallery, server:
     shown.until(lambda: readings.all_inner_texts()[:2] == ["estimate", "error"], "its readings are there")
 
 
-def test_a_link_without_its_token_asks_for_it_and_gives_the_same_numbers(
-    watch: Watch, server: Server, stranger: Any
-) -> None:
+def test_a_link_without_its_token_asks_for_it(watch: Watch, server: Server, stranger: Any) -> None:
     """In another browser a wrong token is refused; with the right one the link opens the same run at the same frame."""
     shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
     server.seek(shown.id, 12)
@@ -98,9 +96,7 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server) -> None
     shown.go_to(5)
 
 
-def test_a_filter_is_changed_broken_and_mended_in_the_page(
-    tmp_path: Path, stranger: Any, request: pytest.FixtureRequest
-) -> None:
+def test_a_filter_is_changed_broken_and_mended(tmp_path: Path, stranger: Any, request: pytest.FixtureRequest) -> None:
     """Ctrl-S makes a branch; a mistake stops the run and is shown at its line; the mended filter continues."""
     text, file, page = example_of(find("ball")), tmp_path / "mine.py", stranger
     file.write_text(text)

@@ -1,6 +1,7 @@
 """Presenting belongs to the tab, fits a low screen and ends with Escape; on paper pages are light and whole."""
 
 import re
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -58,16 +59,9 @@ def fits_presented(page: Any, what: str) -> None:
     """Present the page: all of it is in sight and large."""
     page.get_by_role("button", name="Present in large type").click()
     page.get_by_role("button", name="Leave the presentation").wait_for()
-    found: list[str] = []
-
-    def has_no_fault() -> bool:
-        found[:] = page.evaluate(FAULTS, LEAST_PX)
-        return found == []
-
-    try:
-        View(page).until(has_no_fault, f"{what} fits", 10.0)
-    except AssertionError:
-        assert found == [], what
+    with suppress(AssertionError):
+        View(page).until(lambda: page.evaluate(FAULTS, LEAST_PX) == [], f"{what} fits", 10.0)
+    assert page.evaluate(FAULTS, LEAST_PX) == [], what
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Present in large type").wait_for()
 
@@ -184,22 +178,15 @@ FAULTS = """(least) => {
     return [...found];
 }"""
 
-# Collects, while the page is laid out for paper: each plot's room, its painted width, and its colour of letters.
-ON_PAPER = """() => {
-    window.onPaper = [];
-    matchMedia("print").addEventListener("change", ({ matches }) => {
-        if (!matches) return;
-        for (const plot of document.querySelectorAll(".figure-plot")) {
-            const canvas = plot.querySelector("canvas");
-            const [room, painted] = [plot.clientWidth, Math.round(canvas.width / devicePixelRatio)];
-            const letters = getComputedStyle(plot).color;
-            if (room > 0 && plot.dataset.left) window.onPaper.push({ room, painted, letters });
-        }
-    });
-}"""
-SIZES = """[...document.querySelectorAll(".figure-plot[data-left]")].map((plot) =>
-    [plot.clientWidth, Math.round(plot.querySelector("canvas").width / devicePixelRatio)])"""
-LETTERS = "getComputedStyle(document.querySelector('.figure-plot')).color"
+# Each plot's room, its painted width, and its colour of letters.
+PLOTS = """[...document.querySelectorAll(".figure-plot[data-left]")].map((plot) => {
+    const painted = Math.round(plot.querySelector("canvas").width / devicePixelRatio);
+    return { room: plot.clientWidth, painted, letters: getComputedStyle(plot).color };
+}).filter(({ room }) => room > 0)"""
+# Collects them while the page is laid out for paper.
+ON_PAPER = f"""() => matchMedia("print").addEventListener("change", ({{ matches }}) => {{
+    if (matches) window.onPaper = {PLOTS};
+}})"""
 
 
 def test_plots_fit_the_sheet_and_are_light_on_it(watch: Watch, page: Any) -> None:
@@ -209,32 +196,29 @@ def test_plots_fit_the_sheet_and_are_light_on_it(watch: Watch, page: Any) -> Non
     """
     page.emulate_media(color_scheme="dark")
     shown = watch(experiment="ball", frames=40)
-    shown.until(lambda: page.evaluate(SIZES) != [], "a plot is drawn")
+    shown.until(lambda: page.evaluate(PLOTS) != [], "a plot is drawn")
     page.evaluate(ON_PAPER)
     for theme in ("", "dark"):
         page.evaluate("(theme) => (document.documentElement.dataset.theme = theme)", theme)
-        before, light = page.evaluate(SIZES), page.evaluate(LETTERS)
-        page.evaluate("window.onPaper.length = 0")
+        before = page.evaluate(PLOTS)
+        page.evaluate("window.onPaper = null")
         page.pdf()
         paper = page.evaluate("window.onPaper")
         assert paper
         assert all(abs(plot["painted"] - plot["room"]) <= 1 for plot in paper), paper
         assert {plot["letters"] for plot in paper} == {"rgb(22, 25, 29)"}
-        assert {plot["room"] for plot in paper} != {room for room, _ in before}, "the sheet is as wide as the window"
-        shown.until(lambda before=before: page.evaluate(SIZES) == before, "all is as before")  # type: ignore[misc]
-        assert page.evaluate(LETTERS) == light != "rgb(22, 25, 29)"
+        assert {plot["room"] for plot in paper} != {plot["room"] for plot in before}, "it is as wide as the window"
+        shown.until(lambda before=before: page.evaluate(PLOTS) == before, "all is as before")  # type: ignore[misc]
+        assert "rgb(22, 25, 29)" not in {plot["letters"] for plot in before}
 
 
 PAGE = re.compile(rb"/Type\s*/Page\b")
 """A page in a PDF file by Chromium."""
 SHEET_PX = {"width": 680, "height": 1017}
 """A4 without its margins."""
-SHRUNK = """() => {
-    window.paper = matchMedia("print");
-    window.paper.addEventListener("change", ({ matches }) => {
-        if (matches) window.sheetWidth = document.documentElement.clientWidth;
-    });
-}"""
+SHRUNK = """() => matchMedia("print").addEventListener("change", ({ matches }) => {
+    if (matches) window.sheetWidth = document.documentElement.clientWidth;
+})"""
 """Has a page remember its width of the sheet, px: more than the sheet has where the browser shrinks it."""
 ON_SHEET = """() => {
     const seen = (it) => it.checkVisibility({ visibilityProperty: true });

@@ -49,7 +49,7 @@ describe("the numbers of an axis", () => {
   });
 });
 
-it("words of a figure give a value as finely as its axis shows it, with its unit", () => {
+it("words of a figure give a value with the precision of its axis, and its unit", () => {
   const places = { ...AXIS, names: ["0", "5", "10", "15"], low: -0.5, high: 3.5 };
   for (const [axis, value, words] of [
     [AXIS, 4.4, "4.40 m"], [{ ...AXIS, unit: "", high: 0.3 }, 0.12345, "0.1235"], [{ ...LOG, unit: "" }, 1234.5, "1,235"],
@@ -120,7 +120,7 @@ describe("what a pointer is at", () => {
   });
 });
 
-it("a handle takes the values of its parameter that are on the axis, or all of it in small steps, by shares on a logarithmic one", () => {
+it("a handle offers the parameter's values on the axis, else small steps, which are ratios on a logarithmic axis", () => {
   const [known, unknown, { log, step }] = [boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 }), boundsOf(AXIS), boundsOf(LOG)];
   near(known.low, 0.2);
   assert.deepEqual([known.high, unknown.low, unknown.high, unknown.log], [8, 0, 10, false]);

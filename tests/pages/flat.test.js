@@ -25,7 +25,7 @@ describe("layers", () => {
   });
 });
 
-it("places on the canvas count from the centre of the first pixel, end far outside, and are none where there is no number", () => {
+it("places on the canvas start at the centre of the first pixel, stay within bounds, and are null for missing numbers", () => {
   const given = [[0, 1], [-0.5, 3], [319.5, 2], [1e9, 1], [-Infinity, 1], [NaN, 1]];
   assert.deepEqual(given.map(([value, scale]) => placed(value, scale)), [0.5, 0, 640, 30_000, -30_000, NaN]);
 });

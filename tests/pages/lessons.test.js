@@ -71,7 +71,7 @@ describe("progress", () => {
   });
 });
 
-it("words tell whether a number is as close as it should be, without a tick as well", () => {
+it("words say whether a number is close enough, also without a tick", () => {
   const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
   for (const [more, words] of [
     [{}, "exact 0.2861, within 0.011"], [{ within: false }, "exact 0.2861, more than 0.011 off"],

@@ -32,13 +32,13 @@ describe("a column", () => {
   });
 });
 
-it("shades lie where something held, with their word as long as it held anywhere", () => {
+it("shades cover the frames of a state, and have its word where there is one", () => {
   const hidden = shades("hidden", 0.2, (row) => row.hidden, { word: "hidden" });
   const found = hidden(historyOf([1, 5, 6, 1]));
   assert.deepEqual([found.title, found.intervals, hidden(historyOf([1])).title], ["hidden", [{ first: 0.5, last: 2.5 }], ""]);
 });
 
-it("limits are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
+it("limits span at least the smallest useful range, so a nearly constant line looks flat", () => {
   for (const [low, high] of [[4.91083, 4.91083], [0, 0], [3.2, 3.3]]) {
     for (const smallest of [0.001, 1]) {
       const found = enclose([low, high], smallest);

@@ -49,7 +49,7 @@ describe("the store of a session", () => {
   });
 });
 
-it("a session that one may only look at is awake like any, and is asked for nothing", async (context) => {
+it("a read-only session is awake, and the page sends it no command", async (context) => {
   const asked = context.mock.method(globalThis, "fetch", () => Promise.reject(new Error("nothing is asked for")));
   const store = new Store({ readOnly: true });
   store.receive(hello({ position: 10 }));

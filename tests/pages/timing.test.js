@@ -4,7 +4,7 @@ import { describe, it, mock } from "node:test";
 import { ApiError } from "../../frontend_static/shared/api.js";
 import { after, later, NewestRequest, throttle } from "../../frontend_static/shared/timing.js";
 
-it("a throttle serves the last request and no more than one in a while, and leaves no timer behind when its signal ends it", (test) => {
+it("a throttle serves the last request, at most one in an interval, and leaves no timer after its signal", (test) => {
   test.mock.timers.enable({ apis: ["setTimeout"] });
   const [work, end] = [mock.fn(), new AbortController()];
   const ask = throttle(work, 100, end.signal);
@@ -20,7 +20,7 @@ it("a throttle serves the last request and no more than one in a while, and leav
   assert.equal(work.mock.callCount(), 2);
 });
 
-it("waiting is ended by a signal, by itself, or by who asked for it", (test) => {
+it("waiting ends by its signal, by itself, or by its caller", (test) => {
   test.mock.timers.enable({ apis: ["setTimeout"] });
   const [work, never, end] = [mock.fn(), mock.fn(), new AbortController()];
   later(work, 10, end.signal);

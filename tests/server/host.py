@@ -7,12 +7,11 @@ import threading
 from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import httpx
 import pytest
 import uvicorn
-from starlette.routing import BaseRoute
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -37,12 +36,8 @@ class _Uvicorn(uvicorn.Server):
 class Server:
     """A server that runs in a thread of this process."""
 
-    _routes: ClassVar[list[BaseRoute]] = []
-    """Those of the first app, for all: an app builds its own with the first request, in 0.2 s of processor time."""
-
     def __init__(self, settings: Settings) -> None:
         self.app = create_app(settings)
-        self._routes[:] = self.app.router.routes[:] = self._routes or self.app.router.routes
         self.base = encode_path(settings.base_path)
         self.listening = socket.socket()
         self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
