@@ -10,9 +10,9 @@ import pytest
 from pftrack.cli.app import main
 from pftrack.vision.film import FilmWriter
 from tests.cli.commands import FRAMES, Ask, Call
-from tests.pooling import computed_here
+from tests.pooling import fork_server, shared_fork_server
 
-__all__ = ["computed_here"]
+__all__ = ["fork_server", "shared_fork_server"]
 
 
 @pytest.fixture

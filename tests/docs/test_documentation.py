@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from pftrack.sources.limits import DEFAULT_LIMITS, check_pixels
-from tests.pooling import computed_here
+from tests.pooling import fork_server, shared_fork_server
 
-__all__ = ["computed_here"]
+__all__ = ["fork_server", "shared_fork_server"]
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -5,9 +5,9 @@ import pytest
 from pftrack.sweep import Plan, Result, carry_out
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.report.files import Report, write_report
-from tests.pooling import computed_here, fork_server, shared_fork_server, without_a_pool
+from tests.pooling import fork_server, shared_fork_server
 
-__all__ = ["computed_here", "fork_server", "shared_fork_server"]
+__all__ = ["fork_server", "shared_fork_server"]
 
 WIDTHS = (0.0, 20.0, 40.0, 60.0)
 RADII = (1.0, 10.0)
@@ -28,8 +28,7 @@ def plan() -> Plan:
 
 @pytest.fixture(scope="session")
 def finished(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Result:
-    with without_a_pool():
-        return carry_out(plan, tmp_path_factory.mktemp("sweep") / "small.parquet")
+    return carry_out(plan, tmp_path_factory.mktemp("sweep") / "small.parquet", jobs=1)
 
 
 @pytest.fixture(scope="session")

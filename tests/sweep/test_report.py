@@ -28,7 +28,6 @@ from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples
 from pftrack.sweep.report.files import Report, curves, export_result, figures, page, scale_of, write_report
 from pftrack.sweep.report.study import Study, number, tables
-from tests.pooling import without_a_pool
 
 
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
@@ -173,8 +172,7 @@ def test_what_a_sweep_cannot_be_exported_as(finished: Result, tmp_path: Path) ->
 def counted(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A sweep with one axis of numbers."""
     plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
-    with without_a_pool():
-        return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
+    return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet", jobs=1)
 
 
 def test_maps_have_the_colours_of_their_cells(finished: Result) -> None:
