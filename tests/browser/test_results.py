@@ -2,29 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
-
-import pftrack
 from tests.browser.accessible import usable
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
-from tests.server.uploads.test_uploads import video
-
-FRAMES = 12
-
-
-def recording(folder: Path) -> bytes:
-    """A target on a clip, with its truth."""
-    clip = folder / "walk.mp4"
-    clip.write_bytes(video(FRAMES))
-    rng = np.random.default_rng(0)
-    with pftrack.record(folder / "mine.pft", source=clip) as rec:
-        for t in range(FRAMES):
-            box = np.array([12.0 + t, 10.0, 9.0, 9.0])
-            rec(t, particles=box[:2] + 4.0 + rng.standard_normal((60, 2)), box=box)
-            rec.truth(t, position=box[:2] + 4.0, box=box)
-    return (folder / "mine.pft").read_bytes()
+from tests.server.uploads.test_beliefs import FRAMES, recording
 
 
 def test_a_recording_is_looked_at_like_a_run(gallery: Gallery, server: Server, tmp_path: Path) -> None:

@@ -46,6 +46,13 @@ window.tilt = () => {
     const root = nodeRefFromName[''] ?? nodeRefFromName['/picture'];
     return Math.abs(gaze.dot(gaze.clone().set(0, 0, 1).transformDirection(root.matrixWorld)));
 };
+window.view = () => JSON.stringify(window.__viserMutable.camera.matrixWorldInverse.elements);
+window.turned = async (before) => {
+    for (let [last, still] = [before, 0]; still < 5; last = view()) {
+        await new Promise(requestAnimationFrame);
+        still = view() === last && last !== before ? still + 1 : 0;
+    }
+};
 window.reach = () => {
     const { geometry } = plane();
     geometry.computeBoundingBox();
@@ -253,10 +260,12 @@ def test_a_click_reports_its_place_in_the_picture(session: Session, page: Any, s
     assert there["particle"] is None
     assert page.evaluate("heard[0].pointed") == "hover"
     page.evaluate("heard.length = 0")
+    before = scene.evaluate("view()")
     page.mouse.move(frame["x"] + 200, frame["y"] + 200)
     page.mouse.down()
     page.mouse.move(frame["x"] + 260, frame["y"] + 220)
     page.mouse.up()
+    scene.evaluate("turned", before)
     hit = click(scene.evaluate(f"[...points().geometry.attributes.position.array.slice({3 * lone}, {3 * lone + 3})]"))
     assert hit["particle"] == pytest.approx(positions[lone, :2].tolist(), abs=1e-3)
     assert page.evaluate("heard.filter(({ pointed }) => pointed === 'press').length") == 1

@@ -22,23 +22,23 @@ def refusal(client: httpx.Client, wish: dict[str, Any]) -> str:
     return error_of(client.post("/api/v1/sessions", json=wish), 422)["message"]
 
 
-@pytest.fixture
-def recording(tmp_path: Path) -> bytes:
-    """What a loop has said of a clip."""
-    clip = tmp_path / "walk.mp4"
+def recording(folder: Path) -> bytes:
+    """Return the file in which a loop recorded its beliefs on a clip, with the truth."""
+    clip = folder / "walk.mp4"
     clip.write_bytes(video(FRAMES))
     rng = np.random.default_rng(0)
-    with pftrack.record(tmp_path / "mine.pft", source=clip) as rec:
+    with pftrack.record(folder / "mine.pft", source=clip) as rec:
         for t in range(FRAMES):
             true_box = (10 + t if t < 6 else 60, 10 + t, 21, 21)
             rec(t, particles=rng.standard_normal((80, 4)) + 20.0 + t, box=(10 + t, 10 + t, 21, 21), true_box=true_box)
-    return (tmp_path / "mine.pft").read_bytes()
+    return (folder / "mine.pft").read_bytes()
 
 
-def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -> None:
+def test_a_recording_becomes_a_session(client: httpx.Client, tmp_path: Path) -> None:
     """Its clip can be seen before, and its numbers are those of the loop; a truncated file is refused."""
-    assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
-    upload = accepted(client, ("mine.pft", recording))
+    whole = recording(tmp_path)
+    assert "recording" in error_of(send(client, ("mine.pft", whole[:200])), 422)["message"]
+    upload = accepted(client, ("mine.pft", whole))
     assert (upload["kind"], upload["frames"], upload["warnings"]) == ("beliefs", FRAMES, [])
     assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").content.startswith(b"\xff\xd8")
     (able,) = [each["id"] for each in client.get("/api/v1/experiments").json() if "beliefs" in each["footage"]]
