@@ -16,7 +16,7 @@ from tests.server.follow_jobs import taken
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
-START_S = 60.0
+START_S = 240.0
 
 
 class Server:
@@ -114,7 +114,7 @@ class Server:
 
     def export(self, session: str, name: str) -> httpx.Response:
         """Return a file of a session."""
-        with httpx.Client(base_url=self.url, headers=self._http.headers, verify=False) as http:  # noqa: S501
+        with httpx.Client(base_url=self.url, headers=self._http.headers, verify=False, timeout=60) as http:  # noqa: S501
             return taken(http, session, name)
 
     def start_session(self, **wish: Any) -> dict[str, Any]:
@@ -123,6 +123,8 @@ class Server:
         wanted = session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
         session: dict[str, Any] = self.post("sessions", wanted)
         self._born[session["id"]] = set(descendants(self._process.pid)) - before
+        if "position" in wish:
+            until(lambda: self.session(session["id"])["goal"] is None, "the session is at its frame")
         return session
 
     def upload(self, name: str, content: bytes) -> str:

@@ -112,7 +112,7 @@ def test_the_page_says_what_a_proxy_must_pass_on(chromium: Any, beside_others: S
         page = chromium.new_page()
         page.goto(f"https://localhost:{port}/{session['page']}?{urlencode({'token': TOKEN})}", wait_until="commit")
         remedy = "a proxy must pass on websockets, with the headers Host, Upgrade"
-        page.get_by_role("alert").filter(has_text=remedy).wait_for(timeout=5_000)
+        page.get_by_role("alert").filter(has_text=remedy).wait_for(timeout=60_000)
         page.close()
     beside_others.end_sessions()
 

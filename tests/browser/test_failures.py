@@ -101,7 +101,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     page.goto("failures/4")
     failure.ready()
 
-    assert len(server.get("sessions")) == 2
+    failure.until(lambda: len(server.get("sessions")) == 2, "only the page's own are there")
     page.locator("[data-side=cured]").get_by_role("link", name="Open as a session").click()
     page.wait_for_url(lambda url: "/session/" in url and "/session/new" not in url)
     opened = page.url.rsplit("/", 1)[1]

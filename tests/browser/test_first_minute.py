@@ -129,11 +129,11 @@ def test_a_note_on_compiling_goes_away_when_nothing_is_known(page: Any, complain
     """Cards that waited for it can be opened; its live region stays, so that it is read out."""
     complaints.expected = ("500",)
     compiling = {"finished": False, "sentence": "compiling", "done": 1, "total": 9, "seconds_left": None}
-    answers = [{"json": {**compiling, "usable": [], "ready": []}}, {"status": 500}]
-    page.route("**/compilation", lambda route: route.fulfill(**answers.pop(0)))
+    page.route("**/compilation", lambda route: route.fulfill(json={**compiling, "usable": [], "ready": []}))
     page.goto("./")
     page.get_by_text("Compiling.").wait_for()
     page.locator("[data-experiment=ball].waits").wait_for()
+    page.route("**/compilation", lambda route: route.fulfill(status=500))
     page.locator("[data-experiment=ball]:not(.waits)").wait_for()
     assert page.locator("[data-part=compiling][role=status]").inner_text() == ""
 

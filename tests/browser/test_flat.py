@@ -227,7 +227,7 @@ def test_what_is_pointed_at_is_described_and_drawn(watch: Watch, server: Server)
     view.press("ArrowRight")
     view.until(lambda: "place at 160.5, 59.5 px" in card.inner_text(), "an arrow moves by a pixel")
     assert view.painted == 20
-    assert view.page.evaluate(INKED, RING) > 20
+    view.until(lambda: view.page.evaluate(INKED, RING) > 20, "the place is marked")
 
     view.press("Enter")
     view.until(lambda: "drawn by" in card.inner_text(), "the nearest particle is described")

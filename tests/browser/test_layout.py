@@ -25,7 +25,7 @@ def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     shown.until(lambda: not page.locator("h1").evaluate(is_cut), "the title is not cut")
 
     shown.resize(800, 700)
-    shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
+    shown.until(lambda: box(page, ".plots.sparklines")["y"] > box(page, ".scene")["y"] + 100, "the plots are under it")
     assert len({round(panel.bounding_box()["y"]) for panel in page.locator(".plots .figure-panel").all()}) == 1
     assert page.evaluate(OVERFLOW) <= 0
     for control in page.locator(".transport button:visible, .top button:visible").all():

@@ -118,7 +118,7 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
 
     page.keyboard.press("PageUp")
     page.wait_for_url(opened)  # the same session
-    page.locator(".flat-canvas[data-frame]").wait_for()
+    page.locator(f"body:has({NEXT}) .flat-canvas[data-frame]").wait_for()
     page.keyboard.press("n")  # the lecture's next item, and not a branch
     page.wait_for_url("**/failures/*")
     made.is_followed()

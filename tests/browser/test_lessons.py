@@ -135,7 +135,7 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     """Before the answer no key and no control moves it; after it the unlocked controls do. It ends with the page."""
     others = ids(server)
     lesson.open("colour")
-    lesson.page.locator(".flat-canvas[data-frame]").wait_for()
+    lesson.page.locator(".flat-canvas[data-frame='30']").wait_for()
     (started,) = (session for session in server.get("sessions") if session["id"] not in others)
     assert started["parameters"]["sharpness"] == 200
     lesson.until(lambda: lesson.page.locator("[data-control]").count() > 0, "the unlocked controls are there")

@@ -236,7 +236,7 @@ class SessionPage(View):
     def choose_preset(self) -> None:
         """Open the last preset of the menu, which is another session."""
         before = self.id
-        self.press("p")
+        self.page.locator(".top [aria-label=Presets]").press("p")
         self.page.locator("[data-preset]").last.click()
         self.until(lambda: self.id not in {before, "new"}, "another session is open")
         self.ready()
@@ -247,5 +247,5 @@ class SessionPage(View):
         self.press("n")
         self.page.select_option("#branch-tracker", tracker)
         self.page.click("text=Branch here")
-        self.until(lambda: len(self.session["branches"]) == branches + 1, "there is one branch more")
+        self.page.locator(".branches .chip").nth(branches).wait_for(state="attached")  # so the page has been told, too
         self.page.locator("dialog").wait_for(state="detached")

@@ -337,7 +337,7 @@ class Peer:
 
     def uuid(self, label: str) -> str:
         wait_for(lambda: any(item["label"] == label for item in list(self.controls.values())))
-        return next(uuid for uuid, item in self.controls.items() if item["label"] == label)
+        return next(uuid for uuid, item in list(self.controls.items()) if item["label"] == label)
 
     def control(self, label: str) -> dict[str, Any]:
         return self.controls[self.uuid(label)]

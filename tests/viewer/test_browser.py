@@ -47,10 +47,10 @@ window.tilt = () => {
     return Math.abs(gaze.dot(gaze.clone().set(0, 0, 1).transformDirection(root.matrixWorld)));
 };
 window.view = () => JSON.stringify(window.__viserMutable.camera.matrixWorldInverse.elements);
-window.turned = async (before) => {
-    for (let [last, still] = [before, 0]; still < 5; last = view()) {
+window.stands = async () => {
+    for (let [last, frames] = ['', 0]; frames < 5; last = view()) {
         await new Promise(requestAnimationFrame);
-        still = view() === last && last !== before ? still + 1 : 0;
+        frames = view() === last ? frames + 1 : 0;
     }
 };
 window.reach = () => {
@@ -153,7 +153,7 @@ def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, 
     field.press_sequentially("25", delay=30)
     assert session.changes == []
     session.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
-    wait_for_value(page, box(scene, "Occluder width (px)"), "77")
+    _await(page, lambda: box(scene, "Occluder width (px)").input_value() == "77")
     field.press_sequentially("0", delay=30)
     assert field.input_value() == "250"
     field.press("Enter")
@@ -162,7 +162,7 @@ def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, 
     field.focus()
     field.evaluate("(element) => element.select()")
     session.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
-    wait_for_value(page, field, "321")
+    _await(page, lambda: field.input_value() == "321")
     page.keyboard.type("55")
     page.keyboard.press("Tab")
     wait_for(lambda: session.changes == [{"sample_count": 250}, {"sample_count": 55}])
@@ -209,10 +209,6 @@ def test_a_frame_without_focus_reconnects_and_its_folds_stay(session: Session, p
     width.wait_for()
 
 
-def wait_for_value(page: Any, field: Any, value: str) -> None:
-    _await(page, lambda: field.input_value() == value)
-
-
 def _await(page: Any, condition: Callable[[], bool]) -> None:
     wait_for(condition, pause=lambda rest: page.wait_for_timeout(1000 * rest))
 
@@ -243,8 +239,8 @@ def test_a_click_reports_its_place_in_the_picture(session: Session, page: Any, s
     positions = drawing().primitives["particles"].positions  # type: ignore[union-attr] - they are points
     lone, place = int(np.square(positions[:, :2] - positions[:, :2].mean(axis=0)).sum(axis=1).argmax()), (40.0, 200.0)
     frame = page.query_selector("iframe").bounding_box()
-    pixel = """(place) => {
-        const canvas = document.querySelector('canvas[data-engine]').getBoundingClientRect();
+    pixel = """async (place) => {
+        const canvas = (await stands(), document.querySelector('canvas[data-engine]')).getBoundingClientRect();
         const { x, y } = seen(points(), window.__viserMutable.camera.position.clone().set(...place));
         return [canvas.x + (x + 1) / 2 * canvas.width, canvas.y + (1 - y) / 2 * canvas.height];
     }"""
@@ -263,9 +259,12 @@ def test_a_click_reports_its_place_in_the_picture(session: Session, page: Any, s
     before = scene.evaluate("view()")
     page.mouse.move(frame["x"] + 200, frame["y"] + 200)
     page.mouse.down()
-    page.mouse.move(frame["x"] + 260, frame["y"] + 220)
+    for step in range(1, 30):
+        page.mouse.move(frame["x"] + 200 + 10 * step, frame["y"] + 200 + 4 * step)
+        page.wait_for_timeout(50)
+        if scene.evaluate("view()") != before:
+            break
     page.mouse.up()
-    scene.evaluate("turned", before)
     hit = click(scene.evaluate(f"[...points().geometry.attributes.position.array.slice({3 * lone}, {3 * lone + 3})]"))
     assert hit["particle"] == pytest.approx(positions[lone, :2].tolist(), abs=1e-3)
     assert page.evaluate("heard.filter(({ pointed }) => pointed === 'press').length") == 1

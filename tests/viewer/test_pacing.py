@@ -60,7 +60,7 @@ async def test_the_time_of_a_browser_begins_when_the_question_has_left(monkeypat
     hearing = asyncio.ensure_future(connection.recv())
     websocket.delay_s = 0.05
     sending = asyncio.ensure_future(connection.send(b"frame"))
-    await asyncio.sleep(0.06)
+    await websocket.begun.wait()
     answer(websocket)
     await sending
     assert connection._overdue == math.inf
@@ -119,8 +119,8 @@ def test_a_browser_that_does_not_answer_holds_no_other(session: Session, site: S
         silent.echo = False
         asked = silent.asked
         wait_for(lambda: show() and silent.asked > asked)
-        held = session.viewer.endpoint._connections
-        wait_for(lambda: show() and any(connection.is_held for connection in list(held.values())))
+        _, held = session.viewer.endpoint._connections.values()  # in the order in which they came
+        wait_for(lambda: show() and held.is_held)
         last = show()
         newest = max(show() for _ in range(20))
         assert frame_of(silent) <= last  # a frame that was on its way still arrives

@@ -6,12 +6,12 @@ import time
 from pathlib import Path
 
 from tools.pictures import live
-from tools.pictures.browser import chromium
+from tools.pictures.browser import animate, chromium
 from tools.pictures.server import serve
 from tools.pictures.shots import FILMS, PICTURES, take
 
 DOCS = Path(__file__).parents[2] / "docs"
-README = {"session", "sweep"}
+README = {"session", "slider", "sweep"}
 """Pictures that are kept next to the pages, since they are also shown without a built site."""
 
 
@@ -36,7 +36,9 @@ def main() -> None:
             begun = time.monotonic()
             take(name, server, browser, given.folder)
             print(f"{name} ({time.monotonic() - begun:.0f} s)", flush=True)
-            if given.readme and name in README:
+            if given.readme and name in README & FILMS.keys():
+                animate(given.folder / f"{name}.mp4", DOCS / f"{name}.webp")
+            elif given.readme and name in README:
                 shutil.copy(given.folder / f"{name}.png", DOCS / f"{name}.png")
 
 

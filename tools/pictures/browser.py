@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-__all__ = ["chromium", "film", "find_chromium", "open_page"]
+__all__ = ["animate", "chromium", "film", "find_chromium", "open_page"]
 
 FLAGS = [
     "--headless",
@@ -77,3 +77,11 @@ def film(pictures: Iterable[bytes], path: Path, *, frame_rate_hz: int) -> None:
             image_rgb = np.ascontiguousarray(image_rgb[: stream.height, : stream.width])
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image_rgb, format="rgb24")))
         container.mux(stream.encode())
+
+
+def animate(source: Path, path: Path) -> None:
+    """Write a film as an animated WebP, which also plays where a page may only show pictures."""
+    with av.open(str(source)) as container:
+        duration_ms = round(1000 / float(container.streams.video[0].average_rate or 1))
+        first, *rest = (frame.to_image() for frame in container.decode(video=0))
+    first.save(path, save_all=True, append_images=rest, duration=duration_ms, loop=0, quality=70, method=6)

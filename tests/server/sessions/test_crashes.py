@@ -203,13 +203,13 @@ def stopped(start_server: Any, **settings: float) -> Iterator[tuple[Server, http
 class TestResuming:
     def test_it_takes_as_long_as_it_takes(self, start_server: Any) -> None:
         """A run that needs longer than a start is allowed to take resumes, and reports its progress meanwhile."""
-        with stopped(start_server, start_seconds=2, hang_seconds=5) as (server, client, data, session):
+        with stopped(start_server, start_seconds=5, hang_seconds=5) as (server, client, data, session):
             before = diagnostics(client, session)
             resumed = resume(client, session)
             begun = time.monotonic()
             assert (resumed["state"], resumed["goal"]) == ("ready", FAR)
             assert resumed["computed"] <= HELD
-            wait_for(lambda: server.manager.get(session).worker.heard > begun + 3, 60)
+            wait_for(lambda: server.manager.get(session).worker.heard > begun + 6, 60)
             with connect(f"{server.ws}/api/v1/sessions/{session}/stream") as socket:
                 hear(socket)
                 told = []

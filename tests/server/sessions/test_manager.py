@@ -88,7 +88,7 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         assert get(client, left)["message"] == "Another session needed the place; this one resumes at the same frame."
         watch(left)
         assert states() == ["ready", "ready", "suspended"]
-        assert get(client, left)["position"] == 12
+        wait_for(lambda: get(client, left)["position"] == 12)
         full = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)["message"]
         assert "All 2 places are taken by sessions that somebody watches" in full
         assert states() == ["ready", "ready", "suspended"]

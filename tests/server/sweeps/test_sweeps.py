@@ -339,7 +339,7 @@ def test_nothing_is_left_behind(served: Server, client: httpx.Client, sweep: dic
         client.delete(f"/api/v1/sweeps/{begun['id']}")
         gc.collect()
         counts.append((here.num_fds(), len(here.children(recursive=True))))
-    assert counts[-1][0] <= counts[1][0] + 1, counts
-    assert counts[-1][1] <= counts[0][1], counts
+    wait_for(lambda: here.num_fds() <= counts[1][0] + 1)
+    wait_for(lambda: len(here.children(recursive=True)) <= counts[0][1])
     names = {path.name.split(".")[0] for path in served.app.state.services.store.files.sweeps.iterdir()}
     assert names == {item["id"] for item in client.get("/api/v1/sweeps").json()}

@@ -191,7 +191,7 @@ def test_a_browser_that_vanishes(server: Server, client: httpx.Client, endless: 
     """If the browser disconnects during decoding, the process ends and nothing of the upload is left."""
     incoming, before = server.app.state.services.store.files.incoming, set(children())
     with pytest.raises(httpx.ReadTimeout):
-        httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("a.gif", endless.read_bytes())}, timeout=0.5)
+        client.post("/api/v1/uploads", files={"file": ("a.gif", endless.read_bytes())}, timeout=(60, 0.5, 60, 60))
     wait_for(lambda: set(children()) <= before and not list(incoming.iterdir()))
 
 
