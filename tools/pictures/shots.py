@@ -66,8 +66,8 @@ def _slider(server: Server, browser: Any) -> Iterator[bytes]:
     name = server.session(experiment="ball", tracker="h-spf", seed=5, frames=90)
     with open_page(browser, f"{server.url}/session/{name}") as page:
         for frame in range(60):
-            if frame >= 10 and frame % 5 == 0:
-                width = min(40 + 2 * (frame - 10), 100)
+            if 10 < frame <= 40 and frame % 5 == 0:
+                width = 40 + 2 * (frame - 10)
                 server.ask(
                     "POST", f"sessions/{name}/commands", {"kind": "change", "values": {"occlusion_width_px": width}}
                 )
