@@ -485,15 +485,24 @@ def read_record(path: Path) -> Mapping[str, Entry]:
 
 @cache
 def hash_sources(study: str) -> str:
-    """Return the SHA-256 of all files that a study depends on, with their paths.
+    """Return the SHA-256 of all files that a study depends on, with their paths; what only people read does not count.
 
     Args:
         study: Module of the study, such as `pftrack.reproduce.signals`.
     """
     found = sha256()
     for path in list_sources(study):
-        found.update(f"{path.relative_to(ROOT).as_posix()} {sha256(path.read_bytes()).hexdigest()}\n".encode())
+        found.update(f"{path.relative_to(ROOT).as_posix()} {sha256(_code_of(path)).hexdigest()}\n".encode())
     return found.hexdigest()
+
+
+def _code_of(path: Path) -> bytes:
+    """Return the lines of a file without blank ones, comments and docstrings."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for node in ast.walk(ast.parse(path.read_bytes())) if path.suffix == ".py" else ():
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            lines[node.lineno - 1 : node.end_lineno] = [""] * len(lines[node.lineno - 1 : node.end_lineno])
+    return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#")).encode()
 
 
 def list_sources(study: str) -> list[Path]:

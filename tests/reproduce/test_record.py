@@ -88,13 +88,16 @@ def test_a_result_depends_on_what_it_imports() -> None:
 
 
 def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A study has another hash when a module that it imports by way of another does; one beside them does not count."""
+    """A study has another hash when the code of a module that it imports by way of another has changed.
+
+    A module beside them does not count, nor do docstrings and comments.
+    """
     monkeypatch.setattr(finding, "ROOT", tmp_path)
     folder = tmp_path / "pftrack"
     folder.mkdir()
     texts = {"study": "from pftrack import middle", "middle": "import pftrack.below", "below": "", "beside": ""}
     hashes = []
-    for changed in ({}, {"beside": "ANYTHING = 1"}, {"below": "ANYTHING = 1"}):
+    for changed in ({}, {"beside": "ANYTHING = 1", "below": '"""New."""\n\n# words\n'}, {"below": "ANYTHING = 1"}):
         for name, text in {**texts, **changed}.items():
             (folder / f"{name}.py").write_text(text, encoding="utf-8")
         finding.hash_sources.cache_clear()
