@@ -10,5 +10,5 @@ From recorded tracks, for later runs:
 
 - `charts`: the meaning of the numbers of a recorded state, and its changes in the body's own frame;
 - `diffusion`: the covariance of these changes, which moves particles; the declaration by which an experiment offers its
-runs for learning; and the learned dynamics.
+  runs for learning; and the learned dynamics.
 """

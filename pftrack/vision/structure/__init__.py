@@ -10,7 +10,7 @@ factors: motion, two rows per frame, and shape, three numbers per point. The mem
 - `recursive`: this project's own method, frame by frame: the joint covariance of all points with each frame's pinhole
   integrated out, from a prior or from the first frames;
 - `growing`: from the mean of other bodies to the body's own shape, as far as that predicts better; and undetected wrong
-measurements.
+  measurements.
 
 A view's camera is in `cameras`.
 """
