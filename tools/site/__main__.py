@@ -8,6 +8,8 @@ from pathlib import Path
 
 from sphinx.cmd.build import main as sphinx
 
+from tools.pictures.browser import find_chromium
+
 ROOT = Path(__file__).parents[2]
 BUILD = ROOT / "build"
 MEDIA = BUILD / "media" / "media"
@@ -21,8 +23,9 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=BUILD / "site", help="where to")
     parser.add_argument("--pictures", choices=("changed", "all", "none"), default="changed", help="pictures to make")
     given = parser.parse_args()
-    if given.pictures == "all" or (given.pictures == "changed" and _pictures_are_old()):
-        _make_pictures()
+    wanted = given.pictures == "all" or (given.pictures == "changed" and _pictures_are_old())
+    if wanted and (status := _make_pictures()):
+        return status
     MEDIA.parent.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(given.out, ignore_errors=True)
     folders = ["-c", str(ROOT / "tools" / "site"), "-d", str(BUILD / "doctrees"), str(ROOT / "docs"), str(given.out)]
@@ -36,16 +39,21 @@ def _pictures_are_old() -> bool:
     return any(path.is_file() and path.stat().st_mtime > made for path in files)
 
 
-def _make_pictures() -> None:
-    """Make all pictures again, in a process that has closed server and browser when it ends."""
+def _make_pictures() -> int:
+    """Make all pictures again, in a process that has closed server and browser when it ends; return its exit status."""
+    if find_chromium() is None:
+        print("No Chromium was found, so the site has no new pictures", file=sys.stderr, flush=True)
+        return 0
     print("Making pictures and films; this takes some minutes", flush=True)
     shutil.rmtree(MEDIA, ignore_errors=True)
-    done = subprocess.run([sys.executable, "-m", "tools.pictures", str(MEDIA)], cwd=ROOT, check=False)
-    if done.returncode:
-        print("Pictures could not be made; the site is built with the existing ones", file=sys.stderr, flush=True)
-    elif MEDIA.is_dir():
+    status = subprocess.run([sys.executable, "-m", "tools.pictures", str(MEDIA)], cwd=ROOT, check=False).returncode
+    if status:
+        shutil.rmtree(MEDIA, ignore_errors=True)  # the next build makes all again
+        print("The pictures could not be made; --pictures none builds the site without", file=sys.stderr, flush=True)
+    else:
         (MEDIA / "made").touch()
         (MEDIA / "made").unlink()  # its folder then has the time of the last picture
+    return status
 
 
 if __name__ == "__main__":
