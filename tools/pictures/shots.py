@@ -156,7 +156,7 @@ def _views(server: Server, browser: Any, *, experiment: str, frame: int) -> Iter
         _painted(page, frame)
         scene = page.get_by_role("region", name="Scene")
         flat = scene.screenshot()
-        page.get_by_role("button", name="3-D", exact=True).click()
+        page.get_by_title("The scene in three dimensions").click()
         page.frame_locator("iframe").locator("canvas[data-engine]").wait_for(timeout=60_000)
         page.wait_for_timeout(5000)
         views = [np.asarray(Image.open(io.BytesIO(it)).convert("RGB")) for it in (flat, scene.screenshot())]
