@@ -12,15 +12,15 @@ def serve(
         list[Path] | None, typer.Argument(metavar="[FILE.py]...", help="Your own filters, listed among the trackers.")
     ] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on; any but loopback requires a token.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
+    port: Annotated[str | None, typer.Option(metavar="PORT", help="Port to listen on; 0 takes a free one.")] = None,
     data_dir: Annotated[Path | None, typer.Option(help="Folder for uploads, runs and the database.")] = None,
-    base_path: Annotated[
-        str | None, typer.Option(help="Prefix of all addresses of the server, such as /any/prefix.")
-    ] = None,
+    base_path: Annotated[str | None, typer.Option(help="Prefix of all addresses, such as /any/prefix.")] = None,
 ) -> None:
     """Serve the dashboard, and print the link to it."""
+    from pftrack.cli.output import whole
     from pftrack.process import take_secret
 
+    listening = None if port is None else whole("--port", port, 0, 65_535)
     token = take_secret("PFTRACK_TOKEN")
     # Imported objects stay: garbage collection during the imports would take a fifth of the time until the server
     # starts.
@@ -36,7 +36,7 @@ def serve(
     given: dict[str, object] = {
         "filters": files,
         "host": host,
-        "port": port,
+        "port": listening,
         "data_dir": data_dir,
         "base_path": base_path,
         "token": token,

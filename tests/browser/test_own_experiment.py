@@ -63,7 +63,7 @@ def test_a_link_without_its_token_asks_for_it(watch: Watch, server: Server, stra
     fits(stranger)
     box.fill("another one altogether")
     go.click()
-    stranger.get_by_text("is not this server's").wait_for()
+    stranger.get_by_text("token is not valid").wait_for()
     box.fill(TOKEN)
     go.click()
     again = SessionPage(stranger, server).ready()

@@ -91,7 +91,7 @@ class Compilation:
         until = time.monotonic() + PATIENCE_S
         while not condition():
             if self._stopping.is_set():
-                raise unavailable("The server is being stopped. Try again when it is back.")
+                raise unavailable("The server is shutting down. Try again after its restart.")
             if time.monotonic() > until:
                 told = self.progress.sentence
                 raise unavailable(f"This experiment is not ready yet: {told}. Try again when it is.")

@@ -73,7 +73,7 @@ class BodyLimit:
             try:
                 message = await (receive() if ended else asyncio.wait_for(receive(), self._silence_s))
             except TimeoutError:
-                told = f"The body of a request may not pause for {self._silence_s:g} s"
+                told = f"The request body stalled for more than {self._silence_s:g} s"
                 raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, told, CLOSING) from None
             come += len(message.get("body", b""))
             ended = not message.get("more_body", False)

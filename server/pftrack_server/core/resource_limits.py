@@ -25,8 +25,8 @@ def too_few_files() -> str | None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
     if most < LEAST_OPEN_FILES:
         return (
-            f"This shell allows a process {most} open files (ulimit -n), and the server needs at least "
-            f"{LEAST_OPEN_FILES}; raise it, as with `ulimit -n 1024`, and start again."
+            f"The open-file limit (ulimit -n) is {most}, and the server needs at least {LEAST_OPEN_FILES}; "
+            "raise it, as with `ulimit -n 1024`, and start again."
         )
     return None
 
@@ -42,12 +42,10 @@ def notices() -> list[str]:
     found = []
     _, cpu = resource.getrlimit(resource.RLIMIT_CPU)
     if cpu != resource.RLIM_INFINITY:
-        found.append(
-            f"This shell allows a process {cpu} s of processor time (ulimit -t); then the server stops, or a session"
-        )
+        found.append(f"The processor time limit (ulimit -t) is {cpu} s; a server or a session that reaches it stops")
     length, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
     if length != resource.RLIM_INFINITY:
-        found.append(f"This shell allows files of at most {mebibytes(length)} (ulimit -f); longer ones are refused")
+        found.append(f"The file size limit (ulimit -f) is {mebibytes(length)}; larger files are refused")
     return found
 
 

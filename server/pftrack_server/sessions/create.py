@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import Field
 
 from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.refusal import ParameterError, RefusedError
+from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import with_digests
@@ -32,7 +32,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
 
     Raises:
         ParameterError: The experiment is unknown, or the data about the target are inconsistent.
-        RefusedError: The upload does not exist.
+        RefusedError: The upload or the mark is missing.
     """
     recipe = body.recipe
     experiment = find_experiment(recipe.experiment)
@@ -57,7 +57,7 @@ def footage_in(
 
     Raises:
         ParameterError: The data about the target are inconsistent, or the experiment takes no such recording.
-        RefusedError: The upload does not exist.
+        RefusedError: The upload or the mark is missing.
     """
     found = _upload(store, upload, given)
     if found is None:
@@ -116,7 +116,7 @@ def _upload(store: Store, upload: str | None, footage: Footage | None) -> Upload
     if upload is None and footage is None:
         return None
     if upload is None and sha256 is None:
-        raise ParameterError("upload", None, "given: a target can only be marked in an upload")
+        raise RefusedError("upload is missing; upload the recording first, then name it", field="upload", bound="given")
     found = store.get(UploadRow, upload) if upload else None
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
@@ -131,4 +131,4 @@ def _check_mark(footage: Footage, experiment: Experiment, kind: str) -> None:
         experiment.video.mark(footage.mark)
     elif experiment.video.needs_mark(kind):
         kinds = " or ".join(kind.name() for kind in experiment.video.marks)
-        raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")
+        raise RefusedError(f"mark is missing; give a mark of the target, as {kinds}", field="mark", bound=kinds)

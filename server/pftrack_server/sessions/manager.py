@@ -241,11 +241,10 @@ class Manager:
             unused = [session for session in self._sessions.values() if session.is_unused]
             if not unused:
                 raise unavailable(
-                    f"All {self._settings.max_sessions} places are taken by sessions that somebody watches; "
-                    "end one, or close its page."
+                    f"All {self._settings.max_sessions} session slots are in use; end a session or close its page."
                 )
             longest_left = min(unused, key=lambda session: session.left)
-            await longest_left.suspend("Another session needed the place; this one resumes at the same frame.")
+            await longest_left.suspend("Paused to free a slot for another session; it resumes at the same frame.")
 
     async def _drop_oldest(self, new: SessionSpec) -> None:
         """End the session that was left longest ago, among those that nothing keeps.
@@ -255,7 +254,7 @@ class Manager:
         """
         plain = [session for session in self._sessions.values() if not self._is_held(session)]
         if new.follow or not plain:
-            held = "" if new.follow else ", and each of them is open, named, bookmarked or followed by a class"
+            held = "" if new.follow else ", and all of them are open, named, bookmarked or followed by a class"
             who = "Ask the lecturer to end" if new.follow else "End"
             raise unavailable(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions{held}. "

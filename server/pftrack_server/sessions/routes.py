@@ -75,7 +75,7 @@ name."""
 
 @router.post("", status_code=HTTPStatus.CREATED)
 async def start_session(body: SessionCreate, begin: Begin, store: AStore, filters: TheFilters) -> SessionPublic:
-    """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    """Start a session: an experiment on its own scene, or on an upload with the mark of its target."""
     body = body.model_copy(update={"recipe": filters.bring(body.recipe)})
     session = await begin(await asyncio.to_thread(as_spec, body, store), None)
     return session.view()

@@ -48,7 +48,7 @@ class ErrorBoundary:
             # Only the end of the server cancels a request; uvicorn would log a traceback.
             if scope["type"] != "http" or begun:
                 raise
-            message = "The server is being stopped. Try again when it is back."
+            message = "The server is shutting down. Try again after its restart."
             await response(HTTPStatus.SERVICE_UNAVAILABLE, shape(message))(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
@@ -131,7 +131,7 @@ def _sentence(error: HTTPException) -> str:
         return "This address has no page or resource."
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         allowed = (error.headers or {}).get("Allow", "another")
-        return f"This address does not take this method; it takes {allowed}."
+        return f"This address does not allow this method; allowed: {allowed}."
     return str(error.detail)
 
 

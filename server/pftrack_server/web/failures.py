@@ -66,8 +66,8 @@ def failure_named(failure: AName) -> Entry:
         return entry(EXPERIMENTS, failure)
     except RefusedError:
         raise not_found(
-            f"The failure {failure[:64]!r} is not here. It may belong to an experiment that is not installed; "
-            f"there are {len(gallery(EXPERIMENTS))}, by number or by name."
+            f"There is no failure {failure[:64]!r}; it may belong to an experiment that is not installed. "
+            f"Name one of the {len(gallery(EXPERIMENTS))} failures by its number or name."
         ) from None
 
 

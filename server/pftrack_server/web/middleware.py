@@ -55,7 +55,7 @@ class BasePath:
         try:
             scope = self._as_sent(scope)
         except ValueError as error:
-            message = f"The proxy in front of this server has sent a wrong X-Forwarded-Prefix: {error}."
+            message = f"The proxy in front of this server sent an invalid X-Forwarded-Prefix: {error}."
             await refuse(scope, receive, send, HTTPStatus.BAD_REQUEST, message)
             return
         root, path = scope["root_path"], scope["path"]

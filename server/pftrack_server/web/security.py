@@ -61,7 +61,7 @@ class Hosts:
     def refusal(self, headers: Headers) -> str | None:
         """Return why a request's Host header is refused; None if it is allowed."""
         if len(headers.getlist("host")) > 1:
-            return "A request has one Host header; this one has several."
+            return "Expected one Host header, got several."
         if "*" in self._names or _name(headers.get("host", "")) in self._names:
             return None
         return "This server does not answer to that Host name; add it to PFTRACK_ALLOWED_HOSTS if it should."
@@ -119,7 +119,7 @@ class Guard:
         if not self._token or is_open or self._knows(scope, headers):
             return None
         if _tokens_in_address(scope):
-            return 401, "The token of this link is not this server's; it may have been restarted with a new one."
+            return 401, "This link's token is not valid. If the server was restarted, open the link that it printed."
         return 401, "This server requires a token; open the link that it printed when it started."
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:

@@ -187,8 +187,11 @@ def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) 
         settings = Settings(**given)  # type: ignore[arg-type]  # validated within
     except ValidationError as error:
         first = error.errors()[0]
-        name, said = "_".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
-        _fail(f"{name}: {said}" if name else said, WRONG_USE)
+        name, said = "".join(map(str, first["loc"][:1])), first["msg"].removeprefix("Value error, ")
+        source = f"--{name.replace('_', '-')}" if name in given else f"PFTRACK_{name.upper()}"
+        if first["type"] != "value_error":  # a bound, in pydantic's words
+            _fail(f"{source} {said.replace('Input should', 'must')}, got {first['input']!r}", WRONG_USE)
+        _fail(f"{source}: {said}" if name else said, WRONG_USE)
     _log_to_stderr()
     # An orderly end also before the server has started.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
@@ -198,8 +201,7 @@ def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) 
         log.warning(notice)
     _claim(settings)
     listening = _listen(settings)
-    config = configuration(create_app(settings), timeout_graceful_shutdown=GRACE_S)
-    server = AnnouncingServer(config, settings)
+    server = AnnouncingServer(configuration(create_app(settings), timeout_graceful_shutdown=GRACE_S), settings)
     name_cpu_limit(server.stop)
     try:
         server.run(sockets=[listening])
@@ -221,8 +223,7 @@ def _claim(settings: Settings) -> None:
 
 def _listen(settings: Settings) -> socket.socket:
     """Bind the port here, so that a port in use gives one sentence on the terminal."""
-    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening = socket.socket(socket.AF_INET6 if ":" in settings.host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     if sys.platform == "linux":  # accepted connections inherit it
         listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, int(1000 * UNTAKEN_S))
@@ -231,21 +232,20 @@ def _listen(settings: Settings) -> socket.socket:
         listening.listen(2048)
     except OSError as error:
         listening.close()
-        where = f"{settings.host}:{settings.port}"
         if isinstance(error, socket.gaierror):
             _fail(f"{settings.host!r} is not an address; give --host one of this machine, such as 127.0.0.1.")
         reasons = {
-            "EADDRINUSE": f"Port {settings.port} is in use; end what uses it or choose another one with --port.",
-            "EACCES": f"Port {settings.port} may not be used by this user; choose one above 1023 with --port.",
+            "EADDRINUSE": f"Port {settings.port} is in use; stop the program that uses it, or choose another --port.",
+            "EACCES": f"This user may not listen on port {settings.port}; choose a --port above 1023.",
             "EADDRNOTAVAIL": f"{settings.host} is not an address of this machine; give --host one that is.",
         }
         name = errno.errorcode.get(error.errno or 0, "")
-        _fail(reasons.get(name, f"The server cannot listen at {where} ({error.strerror})."))
+        _fail(reasons.get(name, f"The server cannot listen at {settings.host}:{settings.port} ({error.strerror})."))
     return listening
 
 
 def _fail(message: str, status: int = FAILED) -> NoReturn:
-    print(message, file=sys.stderr)  # noqa: T201
+    print(f"pftrack: {message}", file=sys.stderr)  # noqa: T201
     sys.exit(status)
 
 

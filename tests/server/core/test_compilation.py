@@ -110,7 +110,7 @@ async def test_waiting_requests_end_when_the_server_stops(warming: list[Pretende
     assert warming[0].prefer.mock_calls == [call("sine")]  # all of the first, whose tour is offered, before the others
     waiting = asyncio.ensure_future(compilation.wait_for("sine"))
     stopping.set()
-    with pytest.raises(ApiError, match="is being stopped"):
+    with pytest.raises(ApiError, match="is shutting down"):
         await waiting
 
 

@@ -85,12 +85,12 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         steer(client, left, "seek", frame=12)
         new = begin(client)["id"]
         assert states() == ["suspended", "ready", "ready"]
-        assert get(client, left)["message"] == "Another session needed the place; this one resumes at the same frame."
+        assert get(client, left)["message"].startswith("Paused to free a slot for another session; it resumes")
         watch(left)
         assert states() == ["ready", "ready", "suspended"]
         wait_for(lambda: get(client, left)["position"] == 12)
         full = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)["message"]
-        assert "All 2 places are taken by sessions that somebody watches" in full
+        assert "All 2 session slots are in use" in full
         assert states() == ["ready", "ready", "suspended"]
         client.delete(f"/api/v1/sessions/{watched}")
         assert client.post(f"/api/v1/sessions/{new}/resume").json()["state"] == "ready"

@@ -63,7 +63,7 @@ def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[st
     """
     wrong: list[tuple[dict[str, Any], str]] = [
         ({"axes": [{"name": "sway_px", "values": [1]}]}, "no parameter 'sway_px' on a recording"),
-        ({"footage": {"start": 1}}, "mark must be given"),
+        ({"footage": {"start": 1}}, "mark is missing"),
         ({"footage": {"mark": MARK, "start": 12}}, "a frame of the upload, 0 to 11"),
         ({"upload": "0123456789abcdef"}, "upload is missing"),
         ({"experiment": "sine"}, "takes no recording"),

@@ -83,7 +83,7 @@ def test_a_life(tmp_path: Path) -> None:
     assert list(temporary.iterdir()) == []
     lines = [line for line in log.splitlines() if "level=info" not in line]
     assert len(lines) == 3, log
-    assert "files of at most 1 MiB (ulimit -f)" in lines[0]
+    assert "file size limit (ulimit -f) is 1 MiB" in lines[0]
     assert "ulimit -f" in lines[1]
     assert "another site" in lines[2]  # many refused websockets are one warning that says why
 
@@ -208,8 +208,8 @@ def test_it_says_why_it_cannot_start(
             ({"host": "203.0.113.7"}, 8192, ["address"]),
             ({"data_dir": tmp_path / "held"}, 8192, ["in use by another"]),
             ({"data_dir": tmp_path / "file"}, 8192, ["--data-dir"]),
-            ({"port": 70000}, 8192, ["port"]),
-            ({}, 200, ["200 open files (ulimit -n)", "at least 256"]),
+            ({"port": 70000}, 8192, ["pftrack: --port must be less than or equal to 65535, got 70000"]),
+            ({}, 200, ["The open-file limit (ulimit -n) is 200", "at least 256"]),
             ({"data_dir": tmp_path / "none"}, 8192, ["is not a database, or is damaged", "--data-dir"]),
             ({"data_dir": damaged(tmp_path / "damaged")}, 8192, ["is damaged: restore a copy of it"]),
             ({"data_dir": newer}, 8192, ["newer version of pftrack", "9999", "update pftrack"]),

@@ -85,7 +85,7 @@ def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_pa
     both = post(client, "source-code", runs=[{"recipe": RECIPES[name].as_dict()} for name in ("values", "preset")])
     assert in_python(both["python"], tmp_path).count("mean_error") == 2
     with chdir(tmp_path):
-        assert "What came of it" in "".join(as_command(line) for line in both["command"].splitlines())
+        assert "Results" in "".join(as_command(line) for line in both["command"].splitlines())
 
 
 def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
