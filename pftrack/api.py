@@ -64,7 +64,7 @@ def run(
         experiment: Its name, or a recipe, which the other arguments change.
         tracker: Name of the tracker, or a file with a filter, FILE.py; by default the experiment's choice.
         preset: Name of a starting point, with its tracker, parameters and seed.
-        seed: Random seed (default 0).
+        seed: Random seed; by default that of the preset or the recipe, else 0.
         frames: Length; by default that of the recording or the experiment.
         recording: A video, an animated GIF, PNG or WebP, a folder of pictures, a table of tracks or a recording of
             beliefs; the simulated scene without.
@@ -312,7 +312,7 @@ def _opener(
         beside = (folder or Path()) / (footage.path or footage.name)
         place = beside if recording is None else Path(recording)
         if not place.exists():
-            raise RefusedError(f"the run was made on {place}, which is not there; say as `recording` where it is")
+            raise RefusedError(f"the run was made on {place}, which does not exist; give its path as `recording`")
         sequence = open_sequence(place, limits, square=footage.square)
         told.extend(remarks_on(sequence, *truth))
         return sequence

@@ -50,11 +50,11 @@ def test_every_command_takes_it(place: Path, tmp_path: Path, capsys: pytest.Capt
     The preset of the new experiment that works holds the dot.
     """
     new = ["new", "experiment", "dots", "--folder", str(tmp_path)]
-    for status in (0, 1):  # then it is there already
+    for status in (0, 1):  # then it already exists
         with pytest.raises(SystemExit) as ended:
             main(new)
         assert ended.value.code == status
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     written = (tmp_path / "dots" / "pftrack_dots" / "__init__.py").read_text()
     assert sum(bool(line.strip()) for line in written.splitlines()) <= 70
     install_project(place, tmp_path / "dots")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Named = Annotated[str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")]
 
-failure_group = typer.Typer(help="Named failures, each with what shows it and what cures it.", no_args_is_help=True)
+failure_group = typer.Typer(help="Named failures and their cures: list, run and draw them.", no_args_is_help=True)
 
 
 def register(app: typer.Typer) -> None:
@@ -45,12 +45,10 @@ def compare(
     output.table("What differs", ("", *found.names), [(it.title, *map(str, it.values)) for it in found.settings])
     rows = [_row(outcome.as_dict()) for outcome in found.outcomes]
     typer.echo("")
-    output.table(
-        "What came of it", ("", *found.names), [(name, *(row.get(name, "") for row in rows)) for name in rows[0]]
-    )
+    output.table("Results", ("", *found.names), [(name, *(row.get(name, "") for row in rows)) for name in rows[0]])
     apart = found.first_difference
     if apart is not None:
-        typer.echo(f"\nTheir estimates are the same before frame {apart} of the {found.frames} that are compared.")
+        typer.echo(f"\nTheir estimates first differ in frame {apart}; {found.frames} frames are compared.")
 
 
 def _row(outcome: dict[str, object]) -> dict[str, str]:
@@ -67,16 +65,16 @@ def explain(
         str | None, typer.Option(metavar="N", help="The frame to ask about (default: the first lasting loss).")
     ] = None,
     seeds: Annotated[
-        str, typer.Option(metavar="N", help="Seeds to try for each change that might have saved it; 0: none.")
+        str, typer.Option(metavar="N", help="Seeds for each change that might have saved the run; 0 tries none.")
     ] = "20",
     video: Moved = None,
     trust: Trust = False,
     json: output.Json = False,
     html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the run with all of it as an HTML page, too.")
+        Path | None, typer.Option(metavar="FILE", help="Also write the run and its explanation as an HTML page.")
     ] = None,
 ) -> None:
-    """Say why the target of a run was lost, since when, what shows it, and what would have saved it."""
+    """Explain why and when a run lost its target, with evidence, and list changes that would have saved it."""
     from pftrack.analysis.explanation import explain as explain_run
     from pftrack.api import load
 
@@ -102,16 +100,16 @@ def fit(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A saved run, .pft, or a recipe, .json.")],
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="NAME...", help="Numbers to fit (default: all noises and sharpnesses)."),
+        typer.Argument(metavar="NAME...", help="Parameters to fit (default: all noises and sharpnesses)."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Save the run with the fitted numbers, FILE.pft."),
+        typer.Option("--out", metavar="FILE", help="Save the run with the fitted parameters, FILE.pft."),
     ] = None,
     trust: Trust = False,
     json: output.Json = False,
 ) -> None:
-    """Fit numbers of a run's tracker to its first half, and judge them by its second."""
+    """Fit tracker parameters on the first half of a run, and validate them on the second."""
     from pftrack.analysis.fitting import fit as fit_numbers
     from pftrack.api import load, run
     from pftrack.core.model.recipe import Change
@@ -154,7 +152,7 @@ def _show(found: "Fit") -> None:
     output.table("", heads, halves)
     limits = found.halves[1].after.nis_limits
     between = "" if limits is None else f", NIS of the second half between {limits[0]:.2f} and {limits[1]:.2f}"
-    output.note(f"NEES is about 1 if the tracker is as sure as it may be{between}.")
+    output.note(f"NEES is about 1 for a consistent tracker{between}.")
     typer.echo(f"\n{' '.join(filter(None, (found.procedure, found.verdict, found.caution)))}")
 
 
@@ -185,13 +183,10 @@ def list_(json: output.Json = False) -> None:
 def run(
     failure: Named,
     cured: Annotated[bool, typer.Option("--cured", help="Run with the cure.")] = False,
-    seed: Annotated[
-        str | None,
-        typer.Option(metavar="SEED", help="Random seed (default: the failure's), to see whether it fails there."),
-    ] = None,
+    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Random seed (default: the failure's own).")] = None,
     json: output.Json = False,
 ) -> None:
-    """Compute the run of a failure, or the cured one, and say what is measured in it."""
+    """Run a failure, or its cure, and print the measured evidence."""
     from pftrack.analysis.failures import measure, run_failure
     from pftrack.core.model.series import to_json
 
@@ -261,7 +256,7 @@ def _tell_failure(entry: "Entry", done: "FailureRun", *, cured: bool) -> None:
     how = f"{entry.experiment.title}, {entry.experiment.trackers[done.recipe.tracker or ''].title}"
     typer.echo(f"{entry.number}  {failure.title}{', cured' if cured else ''}\n{how}, seed {done.recipe.seed}\n")
     typer.echo(failure.cure.text if cured else failure.diagnosis)
-    typer.echo(f"\nIt {'fails' if done.shown else 'does not fail'} in this way.")
+    typer.echo(f"\nThe run {'shows' if done.shown else 'does not show'} this failure.")
     if done.diagnosis.lost:
         typer.echo(done.diagnosis.sentence)
     typer.echo(done.finding)

@@ -36,7 +36,7 @@ def reproduce(
     full: Annotated[bool, typer.Option("--full/--quick", help="Run all published trials, or a quick subset.")] = False,
     jobs: output.Jobs = None,
     figures: Annotated[
-        Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
+        Path | None, typer.Option(help="Folder in which to keep the sweeps of the maps and draw the published figures.")
     ] = None,
     out: Annotated[
         Path | None,
@@ -84,9 +84,7 @@ def bench(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help="Which benchmarks; all if none.")
     ] = None,
-    smallest: Annotated[
-        bool, typer.Option("--smallest", help="Only see whether they run; the figures are worth nothing.")
-    ] = False,
+    smallest: Annotated[bool, typer.Option("--smallest", help="Smoke test only: the figures are meaningless.")] = False,
     json: output.Json = False,
 ) -> None:
     """Measure speed, and that of other libraries if they are installed."""
@@ -106,9 +104,9 @@ def bench(
 
 
 def doctor(
-    warm: Annotated[bool, typer.Option("--warm", help="Compile everything now; the first start is then fast.")] = False,
-    port: Annotated[str, typer.Option(metavar="PORT", help="The port that `serve` is to use.")] = "8000",
-    data_dir: Annotated[Path | None, typer.Option(help="The folder that `serve` is to use.")] = None,
+    warm: Annotated[bool, typer.Option("--warm", help="Compile everything now for a fast first start.")] = False,
+    port: Annotated[str, typer.Option(metavar="PORT", help="Port that `serve` will use.")] = "8000",
+    data_dir: Annotated[Path | None, typer.Option(help="Data folder that `serve` will use.")] = None,
     json: output.Json = False,
 ) -> None:
     """Check that this machine has all that pftrack needs."""
@@ -145,7 +143,7 @@ def otb(
     assignments: output.Assignments = None,
     json: output.Json = False,
 ) -> None:
-    """Follow the first box of each sequence (OPE): success (area under the curve) and precision, with published ones.
+    """Follow the first box of each sequence (OPE): success (area under the curve), precision and published scores.
 
     You provide the pictures; https://github.com/jwlim/tracker_benchmark lists their sources.
     """

@@ -29,7 +29,7 @@ PresetName = Annotated[
     ),
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Execute the filters that the file brings; read them first, with show-recipe.")
+    bool, typer.Option("--trust", help="Execute the filters contained in the file; read them first, with show-recipe.")
 ]
 
 
@@ -37,7 +37,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.command("list")(list_)
     app.command()(show)
-    new = typer.Typer(add_completion=False, help="Write a file to begin with.")
+    new = typer.Typer(add_completion=False, help="Create a filter or an experiment from a template.")
     new.callback()(lambda: None)
     new.command("filter")(filter_)
     new.command("experiment")(experiment_)
@@ -119,7 +119,7 @@ def _sections(
     failures = [(it.id, it.diagnosis, it.cure.text) for it in found.failures]
     yield "Failures", ("name", "diagnosis", "cure"), failures
     faults = [(way, ", ".join(names)) for way, names in _doubted(found).items()]
-    yield "Error bands that are not right by default", ("how", "trackers"), faults
+    yield "Error bands that are not calibrated with the default parameters", ("how", "trackers"), faults
     measures = [(it.name, it.description, it.source) for it in found.run_measures]
     yield "Measures of a run", ("name", "definition", "source"), measures
     yield "Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in exports_of(found)]
@@ -131,7 +131,7 @@ def _show_recordings(found: "Experiment") -> None:
     if video.marks:
         marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in video.marks]
         table("Marks on a recording", ("--mark", "title", "how"), marks)
-        missing = "is found automatically if it is not marked" if video.finder else "has to be marked"
+        missing = "is found automatically if it is not marked" if video.finder else "must be marked"
         exempt = f", except in {' or '.join(video.unmarked)}" if video.unmarked else ""
         typer.echo(f"The {found.texts.target} {missing}{exempt}.")
     if video.truth is not None:
@@ -189,7 +189,7 @@ def filter_(
     file: Annotated[Path, typer.Argument(help="File to write, FILE.py; an existing file is left alone.")],
     experiment: Annotated[str, typer.Option(help="The experiment whose target it follows.")],
 ) -> None:
-    """Write a filter that works, to be changed; `pftrack serve FILE` and `--tracker FILE` use it."""
+    """Write a working filter as a template; `pftrack serve FILE` and `--tracker FILE` use it."""
     from pftrack.experiments.own.extension import example_of, name_of
 
     found = find_experiment(experiment)
@@ -198,16 +198,14 @@ def filter_(
         text = example_of(found)
     with writing(file), file.open("x", encoding="utf-8") as opened:
         opened.write(text)
-    note(
-        f"pftrack: wrote {file}; see it at work with: pftrack serve {file}, or: pftrack run {found.id} --tracker {file}"
-    )
+    note(f"pftrack: wrote {file}; try it with: pftrack serve {file}, or: pftrack run {found.id} --tracker {file}")
 
 
 def experiment_(
-    name: Annotated[str, typer.Argument(help="Name of the experiment: small letters, digits and hyphens.")],
-    folder: Annotated[Path, typer.Option(help="The folder that is to contain its folder NAME.")] = Path(),
+    name: Annotated[str, typer.Argument(help="Name of the experiment: lower-case letters, digits and hyphens.")],
+    folder: Annotated[Path, typer.Option(help="Folder in which to create the folder NAME.")] = Path(),
 ) -> None:
-    """Write an experiment that works, to be changed: a package of one file, which pip installs."""
+    """Write a working experiment as a template: a package of one file, which pip installs."""
     from pftrack.experiments import EXPERIMENTS
     from pftrack.experiments.own.extension import package_of
 
@@ -240,7 +238,7 @@ def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple
         with refusing(ValueError), reading(file):
             name, text = name_of(file), read_source(file)
         if name in filters:
-            raise wrong_use(f"two files are called {name}.py; call one of them otherwise")
+            raise wrong_use(f"two files are called {name}.py; rename one of them")
         trust(text)
         names.append(name)
         filters[name] = (text,)

@@ -45,7 +45,7 @@ def export(
     video: Moved = None,
     json: Json = False,
 ) -> None:
-    """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook; a sweep's maps, too."""
+    """Export a saved run (tables, videos, plots, a notebook) or the maps of a sweep."""
     if file.suffix.lower() == ".parquet":
         _say(_sweep(file, to, plot), {}, json=json)
         return

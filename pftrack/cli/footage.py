@@ -36,7 +36,7 @@ Start = Annotated[
     str | None,
     typer.Option(metavar="FRAME", help="Frame on which the target is marked (default: the first with truth, or 0)."),
 ]
-Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
+Truth = Annotated[Path | None, typer.Option(help="CSV with the true values of each frame; `show` prints the columns.")]
 TruthFirst = Annotated[
     str | None, typer.Option("--truth-first-frame", metavar="0|1", help="Number of the first frame in the truth.")
 ]
@@ -83,7 +83,7 @@ class FootageOptions:
     ) -> "FootageOptions":
         """Gather the options; --box and --points are short for kinds of --mark."""
         if video is not None and tracks is not None:
-            raise wrong_use("there is one recording, got --video and --tracks")
+            raise wrong_use("give either --video or --tracks, not both")
         marks = []
         if mark is not None:
             kind, colon, text = mark.partition(":")
@@ -119,11 +119,12 @@ def open_setup(
         return experiment.simulate(), None
     if not experiment.accepts_video:
         raise wrong_use(f"{experiment.id} is simulated and takes no {said.option}")
-    footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
-    _demand_mark(experiment, said, footage, experiment.video.footage)
+    footage = recipe.footage or Footage()
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
         raise CommandError(f"{place} does not exist")
+    changes = _mark(experiment, said) if said.marks else {}
+    _demand_mark(experiment, said, footage, experiment.video.footage)
     truth = None if said.truth is None else _truth(experiment, said.truth, said.truth_first)
     if truth is not None:
         changes["truth"] = dict(truth.rows)
@@ -223,7 +224,7 @@ def place_of(footage: "Footage", file: Path, video: Path | None, used: str) -> P
     """
     place = video or file.parent / (footage.path or footage.name)
     if not place.exists():
-        raise CommandError(f"{used} {place}, which is not there; say with --video where it is")
+        raise CommandError(f"{used} {place}, which does not exist; give its path with --video")
     return place
 
 
@@ -263,7 +264,7 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
 
     if len(said.marks) > 1:
         given = " and ".join(option for option, _, _ in said.marks)
-        raise wrong_use(f"the target is marked once, got {given}")
+        raise wrong_use(f"mark the target only once, got {given}")
     ((option, name, text),) = said.marks
     kinds = {kind.name(): kind for kind in experiment.video.marks}
     if name not in kinds:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters, Value
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
-Jobs = Annotated[str | None, typer.Option(metavar="N", help="Processes that compute (default: one a core).")]
+Jobs = Annotated[str | None, typer.Option(metavar="N", help="Number of worker processes (default: one per core).")]
 Cluster = Annotated[
     str | None, typer.Option("--cluster", metavar="ADDRESS", help="Address of a Dask scheduler to compute on.")
 ]
@@ -86,7 +86,7 @@ def writing(place: Path) -> Iterator[None]:
     try:
         yield
     except FileExistsError:
-        raise CommandError(f"{place} is there already; choose another name") from None
+        raise CommandError(f"{place} already exists; choose another name") from None
     except OSError as error:
         raise CommandError(f"{place} cannot be written: {error.strerror or error}") from None
 
@@ -99,7 +99,7 @@ def reading(place: Path) -> Iterator[None]:
     except OSError as error:
         raise CommandError(f"{place} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise CommandError(f"{place} is not a text") from None
+        raise CommandError(f"{place} is not a UTF-8 text file") from None
 
 
 def suffix_of(path: Path, known: tuple[str, ...]) -> str:
@@ -153,7 +153,7 @@ def explain(error: Exception) -> CommandError:
         case OSError(strerror=str(reason)):
             found = CommandError(f"{error.filename}: {reason}" if error.filename else reason)
         case MemoryError():
-            found = CommandError("there is not enough memory for this")
+            found = CommandError("not enough memory")
         case ValueError() if _is_library_error(error):  # a refusal, already a sentence
             found = CommandError(str(error))
         case Exception() if hasattr(error, "field"):  # the same of a sweep
@@ -162,7 +162,7 @@ def explain(error: Exception) -> CommandError:
             if os.environ.get("PFTRACK_DEBUG"):
                 raise error
             what = f"{type(error).__name__}: {error}"
-            found = CommandError(f"this is a fault of pftrack: {what} (PFTRACK_DEBUG=1 shows where)")
+            found = CommandError(f"internal error (a bug in pftrack): {what}; PFTRACK_DEBUG=1 shows the traceback")
     return found
 
 
@@ -275,7 +275,7 @@ def values_of(parameters: "Parameters", assignments: Sequence[str]) -> "dict[str
     for name, text in map(assign, assignments):
         if name not in known:
             near = get_close_matches(name, known, n=3)
-            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
+            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show EXPERIMENT` lists them"
             raise wrong_use(f"there is no parameter {name!r}; {hint}")
         values[name] = value_of(model, name, text)
     return values
@@ -333,7 +333,7 @@ def compiling() -> Iterator[None]:
         del name
         if not said:
             said = time.monotonic()
-            note("pftrack: compiling what this needs, only once; `pftrack doctor --warm` compiles everything")
+            note("pftrack: compiling the code needed here (once); `pftrack doctor --warm` compiles everything")
 
     def on_end(name: str, seconds: float) -> None:
         nonlocal said

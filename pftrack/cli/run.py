@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 LONGEST_SHOWN = 80  # characters of a value in a table
 REPORT_EVERY = 8  # frames; a progress bar must not cost more than the filter
 
-VideoOut = Annotated[Path | None, typer.Option("--video-out", help="Write the run as a film, FILE.mp4.")]
+VideoOut = Annotated[Path | None, typer.Option("--video-out", help="Write the run as a video, FILE.mp4.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -68,7 +68,9 @@ def run(
     learned: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Motion file from `learn`, for guided trackers.")
     ] = None,
-    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Random seed (default 0).")] = None,
+    seed: Annotated[
+        str | None, typer.Option(metavar="SEED", help="Random seed (default: the preset's or the recipe's, else 0).")
+    ] = None,
     frames: Annotated[
         str | None, typer.Option(metavar="N", help="Number of frames to compute, at most those of a recording.")
     ] = None,
@@ -81,7 +83,7 @@ def run(
     trust: Trust = False,
     json: output.Json = False,
 ) -> None:
-    """Run an experiment, or the recipe of a run, and say how it went."""
+    """Run an experiment, or the recipe of a run, and print a summary."""
     from pftrack.core.model.recipe import LONGEST_RUN, Change
     from pftrack.runs.record import save
     from pftrack.runs.run import Run
@@ -155,7 +157,7 @@ def replay(
 def show_recipe(
     file: Annotated[Path, typer.Argument(help="A saved run, FILE.pft, or a recipe, FILE.json.")],
 ) -> None:
-    """Print the recipe of a run as JSON: what `run` takes, without what has its default value."""
+    """Print the recipe of a run as JSON, the input of `run`, without default values."""
     from pftrack.runs.record import read
 
     recipe = _recipe(str(file))[0] if file.suffix.lower() == ".json" else read(file).recipe
@@ -247,7 +249,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
     nothing = [row.frame for row in run.diagnostics if row.log_evidence == -math.inf]
     if nothing:
         many = f"{len(nothing):,} of {len(run.diagnostics):,} frames, first in frame {nothing[0]}"
-        output.note(f"pftrack: all weights were zero in {many}; equal weights took their place")
+        output.note(f"pftrack: all weights were zero in {many}; replaced by equal weights")
     said = run.experiment.measured.report(run.diagnostics) if run.experiment.measured.report else {}
     kept = reductions(run.experiment.all_series(), run.diagnostics[1:])
     known = {name: value for name, value in kept.items() if value is not None}
@@ -297,8 +299,8 @@ def open_results(
     form: Annotated[
         str | None, typer.Option(help="Form of the results: mot, otb, vot, cvat, coco or csv (default: detected).")
     ] = None,
-    first_frame: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first frame in a text.")] = None,
-    first_pixel: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first pixel in a text.")] = None,
+    first_frame: Annotated[str | None, typer.Option(metavar="0|1", help="Number of a text file's first frame.")] = None,
+    first_pixel: Annotated[str | None, typer.Option(metavar="0|1", help="Number of a text file's first pixel.")] = None,
     truth_first: TruthFirst = None,
     large: Large = False,
     out: Annotated[
@@ -353,7 +355,7 @@ def open_results(
             output.note(f"pftrack: {said}; --set selected_target=NUMBER chooses another")
         summary = compute_run(run, None, frames=run.frames)
         if sequence.content.has_truth and not summary["labelled_frames"]:
-            output.note("pftrack: the target never overlaps a true box by half, so nothing is measured")
+            output.note("pftrack: the selected target never overlaps a true box by half, so no error is measured")
         print_summary({**summary, **targets}, run, json=json)
         write_exports(exports, run)
         if show and not json:

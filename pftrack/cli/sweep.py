@@ -53,7 +53,7 @@ class PlanOptions:
     ] = None
     trials: Annotated[
         str | None,
-        typer.Option(metavar="T", help="Runs of each tracker in each condition (default 10; `learn --axis`: 1)."),
+        typer.Option(metavar="T", help="Runs per tracker and condition (default 10; 1 for `learn --axis`)."),
     ] = None
     frames: Annotated[str | None, typer.Option(metavar="N", help="Length of a run in frames.")] = None
     assignments: Annotated[
@@ -89,14 +89,14 @@ def run(
     jobs: output.Jobs = None,
     cluster: output.Cluster = None,
     out: Annotated[Path | None, typer.Option(help="The result, FILE.parquet; never overwritten.")] = None,
-    resume: Annotated[Path | None, typer.Option(help="Go on with a sweep that was stopped; its --out.")] = None,
+    resume: Annotated[Path | None, typer.Option(help="Resume an interrupted sweep, given its --out.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Report the number of runs and the duration.")] = False,
     json: output.Json = False,
 ) -> None:
     """Compute an experiment over a grid of conditions, one row a run; `pftrack sweep report FILE` shows the result.
 
     With --video all runs are on a recording, each trial with a seed of its own. Where its truth is not given, runs are
-    measured by what the trackers say of themselves. The word `run` may be left out.
+    measured by the trackers' own reports. The word `run` may be left out.
     """
     from pftrack.sweep.axis import SweepError
 
@@ -127,7 +127,7 @@ def run(
 
 
 def report(
-    file: Annotated[Path, typer.Argument(help="The result of a sweep, finished or as far as it came.")],
+    file: Annotated[Path, typer.Argument(help="The result of a sweep, finished or not.")],
     out: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Folder of the report (default: FILE-report next to the file)."),
@@ -139,7 +139,7 @@ def report(
     pictures: Annotated[bool, typer.Option(help="Draw the figures, which takes longest.")] = True,
     json: output.Json = False,
 ) -> None:
-    """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
+    """Show the result of a sweep: tables here, maps and a self-contained page in a folder."""
     from pftrack.sweep import read_result
     from pftrack.sweep.report.files import write_report
 
@@ -279,7 +279,7 @@ def _compute(
         except SweepStopped:
             done, total = show.seen
             raise output.CommandError(
-                f"stopped with {done:,} of {total:,} runs computed; go on with pftrack sweep --resume {out}",
+                f"stopped with {done:,} of {total:,} runs computed; resume with pftrack sweep --resume {out}",
                 details={"runs": done, "of": total, "resume": str(out)},
             ) from None
     figures = {**summary(result), "seconds": perf_counter() - begun, "path": str(result.path)}
@@ -370,7 +370,7 @@ def learn(
     output.check_writable(out)
     if any(source.lower().endswith(".pft") for source in sources):
         if tracker is not None or asked != PlanOptions():
-            raise output.wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
+            raise output.wrong_use("saved runs are used as they are: leave out the options for new runs")
         guidance, tracks = _read_states([Path(source) for source in sources])
     else:
         if len(sources) > 1:

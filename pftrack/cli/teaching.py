@@ -27,7 +27,7 @@ Exercises = Annotated[
     Path | None,
     typer.Option("--exercises", metavar="DIR", help="A folder with exercises of your own, in addition to the others."),
 ]
-FirstSeed = Annotated[str, typer.Option("--seed", metavar="SEED", help="The first seed of draws and scenes.")]
+FirstSeed = Annotated[str, typer.Option("--seed", metavar="SEED", help="First random seed.")]
 
 lesson_group = typer.Typer(help="Lessons: list, check, draw and export them.", no_args_is_help=False)
 exercise_group = typer.Typer(help="Exercises: write a filter, and have it checked.", no_args_is_help=True)
@@ -58,7 +58,7 @@ def check_lessons(
     folder: Lessons = None,
     json: output.Json = False,
 ) -> None:
-    """Compute what lessons claim, and compare it with what is exact."""
+    """Check the lessons' claims against exact values."""
     known = _lessons(folder)
     claims = [(lesson, claim) for lesson in [_lesson(name, known) for name in ids or known] for claim in lesson.checks]
     found: list[dict[str, Any]] = []
@@ -200,7 +200,7 @@ Answered = Annotated[
 
 @exercise_group.command("list")
 def list_exercises(folder: Exercises = None, json: output.Json = False) -> None:
-    """List the exercises with what is checked of each."""
+    """List the exercises with the functions to write and the points."""
     found = _exercises(folder).values()
     rows = [(each.id, each.title, each.experiment, ", ".join(each.functions), f"{each.points:g}") for each in found]
     columns = ("name", "title", "experiment", "to write", "points")
@@ -217,7 +217,7 @@ def start(
     hints: Annotated[bool, typer.Option("--hints", help="Print the hints as well, and write nothing.")] = False,
     folder: Exercises = None,
 ) -> None:
-    """Print what is asked, and write the file to begin with; one that is there is left alone."""
+    """Print the task and write a template for its solution; an existing file is left alone."""
     from pftrack.experiments.own.extension import name_of
 
     found = _exercise(exercise, _exercises(folder))
@@ -282,8 +282,8 @@ def grade(
     ],
     exercise: Answered = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the table there as well.")] = None,
-    seconds: Annotated[str, typer.Option(metavar="SECONDS", help="Processor time that each may take.")] = "120",
-    memory: Annotated[str, typer.Option(metavar="MIB", help="Memory that each may take, MiB.")] = "1024",
+    seconds: Annotated[str, typer.Option(metavar="SECONDS", help="Processor time limit for each submission.")] = "120",
+    memory: Annotated[str, typer.Option(metavar="MIB", help="Memory limit for each submission, MiB.")] = "1024",
     jobs: output.Jobs = None,
     seed: FirstSeed = "0",
     folder: Exercises = None,
@@ -323,7 +323,7 @@ def grade(
         write_whole(out, csv_text((columns, *rows)).encode())
     output.tell(graded, columns, rows, json=json)
     if any(found["extra_data"].get("network") for found in graded.values()):
-        output.note("pftrack: this system lets no process give up the network, so the submissions had it")
+        output.note("pftrack: this system cannot isolate processes from the network, so submissions had network access")
 
 
 def _tell(report: "Report") -> None:

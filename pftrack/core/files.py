@@ -69,7 +69,7 @@ def read_text(path: Path, most_bytes: int) -> str:
     """Return the text of a file, UTF-8 with or without a mark of byte order.
 
     Raises:
-        ValueError: It is not there, too large, not to be read, or not a text; a sentence says which.
+        ValueError: It is not there, too large, not to be read, or not UTF-8 text; a sentence says which.
     """
     try:
         if path.stat().st_size > most_bytes:
@@ -80,7 +80,7 @@ def read_text(path: Path, most_bytes: int) -> str:
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise ValueError(f"{path.name} is not a text") from None
+        raise ValueError(f"{path.name} is not a UTF-8 text file") from None
 
 
 # Names in tables come from files of anybody. A spreadsheet treats a cell that begins with one of a few characters as a

@@ -63,7 +63,7 @@ def test_wrong_files_and_exercises_are_refused(call: Call, tmp_path: Path) -> No
     """So are files that exist already, and unknown exercises."""
     file = tmp_path / "mine.py"
     file.write_text("x = 1\n")
-    assert call("exercise", "start", "switching", file)[2].startswith(f"pftrack: {file} is there already")
+    assert call("exercise", "start", "switching", file)[2].startswith(f"pftrack: {file} already exists")
     refused(call("exercise", "check", file), 2, "no line EXERCISE")
     unknown = call("exercise", "check", file, "--exercise", "nothing")
     refused(unknown, 2, "an exercise must be one of importance-weights")

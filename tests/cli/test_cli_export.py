@@ -67,7 +67,7 @@ def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: 
     assert call(*on_clip(moved, "--tracker", "condensation", "--frames", 5, "--out", run))[0] == 0
     assert call("export", run, "--to", tmp_path / "x.parquet")[0] == 0
     moved = moved.rename(tmp_path / "again.mp4")
-    refused(call("export", run, "--to", tmp_path / "y.parquet"), 1, "which is not there; say with --video where it is")
+    refused(call("export", run, "--to", tmp_path / "y.parquet"), 1, "which does not exist; give its path with --video")
     assert call("export", run, "--to", tmp_path / "y.parquet", "--video", moved)[0] == 0
     first, second = (pd.read_parquet(tmp_path / f"{name}.parquet").drop(columns="step_ms") for name in "xy")
     pd.testing.assert_frame_equal(first, second)

@@ -22,7 +22,7 @@ def test_a_failure_is_described_in_numbers(call: Call, ask: Ask) -> None:
     """`failures run 4` prints measurements; with `--cured` it does not fail with the same seed."""
     code, out, _ = call("failures", "run", "4")
     assert code == 0
-    assert "It fails in this way." in out
+    assert "The run shows this failure." in out
     assert "is left behind: it goes 5.2 px a frame, and the estimate 3.8 px that way; in frame" in out
     assert "distance from the truth, px" in out.split("From frame 7 on")[1]
     told = [ask("failures", "run", "wrong-dynamics", *how) for how in ([], ["--cured"])]

@@ -38,12 +38,12 @@ def test_the_prints_of_a_file_go_to_standard_error(call: Call, tmp_path: Path) -
     status, out, err = call("run", "sine", "--tracker", path, "--frames", 4, "--json")
     assert (status, json.loads(out)["tracker"]) == (0, "talks")
     assert {"loaded", "asked"} <= set(err.split())
-    assert "all weights were zero in 3 of 4 frames, first in frame 1; equal weights took their place" in err
+    assert "all weights were zero in 3 of 4 frames, first in frame 1; replaced by equal weights" in err
 
 
 def test_wrong_files_are_refused(call: Call, file: Path, tmp_path: Path) -> None:
     """So are an existing file, a wrong name, a file that raises an error, and a file of somebody else."""
-    refused(call("new", "filter", file, "--experiment", "ball"), 1, "is there already")
+    refused(call("new", "filter", file, "--experiment", "ball"), 1, "already exists")
     refused(call("new", "filter", tmp_path / "my-filter.py", "--experiment", "ball"), 2, "a name such as my_filter.py")
     refused(call("new", "filter", tmp_path / "other.py", "--experiment", "fish"), 2, "takes no filters")
     refused(call("run", "sine", "--tracker", tmp_path / "nowhere.py"), 1, "cannot be read")

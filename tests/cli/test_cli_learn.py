@@ -72,7 +72,7 @@ def test_wrong_files_are_refused(saved: Path, learned: Path, call: Call, tmp_pat
     """A learned file must be text of this experiment, not empty and not too large; the other must be a run."""
     garbage = b"\xff\xfe\x00\x81"
     for content, status, words in (
-        (garbage, 1, "is not a text"),
+        (garbage, 1, "is not a UTF-8 text file"),
         (b" " * 500_000, 1, "KiB allowed"),
         (b"\n", 1, "mine.json is empty"),
         (learned.read_bytes().replace(b'"ball"', b'"fish"'), 2, "it was learned in 'fish', and this is 'ball'"),
@@ -81,7 +81,7 @@ def test_wrong_files_are_refused(saved: Path, learned: Path, call: Call, tmp_pat
         refused(call(*GUIDED, "--learned", tmp_path / "mine.json"), status, words)
     (tmp_path / "mine.pft").write_bytes(garbage)
     refused(call("learn", tmp_path / "mine.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
-    refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out what only makes new ones")
+    refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out the options for new runs")
 
 
 def test_a_sweep_takes_the_file_for_all_its_runs(learned: Path, call: Call, tmp_path: Path) -> None:

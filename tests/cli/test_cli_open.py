@@ -62,7 +62,7 @@ def test_the_measured_target_is_named(call: Call, folder: Path) -> None:
     _, out, err = call(*measured(folder))
     assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
     (folder / "gt.txt").write_text("1,1,90,80,9,9,1,1,1\n")
-    assert "never overlaps a true box by half, so nothing is measured" in call(*measured(folder))[2]
+    assert "never overlaps a true box by half, so no error is measured" in call(*measured(folder))[2]
     assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
 
 

@@ -24,15 +24,16 @@ WRONG_USE = [
     ("run ball --set sample_cont=3", "no parameter 'sample_cont'", "did you mean sample_count"),
     ("run ball --box 1,2,3,4", "--box needs --video"),
     ("run sine --video clip.mp4 --box 1,2,3,4", "sine is simulated and takes no --video"),
-    ("run ball --video clip.mp4", "--video needs --mark box:x,y,w,h"),
+    ("run ball --video CLIP", "--video needs --mark box:x,y,w,h"),
     ("run ball --video-out film.avi", "must end in .mp4, got 'film.avi'"),
     ("run ball --out a.mp4 --video-out a.mp4", "must be different files"),
     ("bench speed", "one of", "filter_step", "got 'speed'"),
     ("reproduce fusion", "a result must be one of", "one-step", "got 'fusion'"),
     ("doctor --port 70000", "--port"),
+    ("serve --port 70000", "--port must be a whole number between 0 and 65535, got '70000'"),
     # Marks.
     ("run ball --video CLIP --mark 1,2,3,4", "--mark expected KIND:..."),
-    ("run ball --video CLIP --mark box:1,2,3,4 --box 1,2,3,4", "marked once, got --mark and --box"),
+    ("run ball --video CLIP --mark box:1,2,3,4 --box 1,2,3,4", "mark the target only once, got --mark and --box"),
     ("run ball --video CLIP --box 1,2,3", "--box expected 4 finite numbers (x,y,w,h), got '1,2,3'"),
     (
         "run ball --video CLIP --box 20,30,10,8 --start 500",
@@ -68,7 +69,7 @@ NOT_DONE = [
     ("learn ball --frames 3 --trials 1 --out x.json", "got 1 in 1 track;"),
     ("learn ball --out /nowhere/x.json", "/nowhere/x.json cannot be written"),
     ("sweep --resume text.parquet", "text.parquet is not a Parquet file, or was cut short"),
-    ("run ball --video none.mp4 --box 1,2,3,4", "does not exist", "none.mp4"),
+    ("run ball --video none.mp4", "does not exist", "none.mp4"),
     ("run ball --video CLIP --box 20,30,10,8 --truth none.csv", "does not exist", "none.csv"),
     ("replay none.pft", "does not exist", "none.pft"),
     ("run ball --out nowhere/run.pft", "does not exist", "nowhere"),
@@ -159,7 +160,7 @@ def test_a_fault_of_pftrack_is_one_line(call: Call, monkeypatch: pytest.MonkeyPa
         raise TypeError("that\nshould not happen")
 
     monkeypatch.setattr("pftrack.cli.experiments.find_experiment", fail)
-    refused(call("show", "ball"), 1, "a fault of pftrack", "TypeError: that should not happen", "PFTRACK_DEBUG=1")
+    refused(call("show", "ball"), 1, "internal error", "TypeError: that should not happen", "PFTRACK_DEBUG=1")
     monkeypatch.setenv("PFTRACK_DEBUG", "1")
     with pytest.raises(TypeError):
         main(["show", "ball"])

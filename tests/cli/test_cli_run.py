@@ -111,7 +111,7 @@ def test_a_run_on_a_clip_replays_and_moves_with_it(call: Call, ask: Ask, clip: P
     replayed = ask("replay", there / "run.pft")
     assert (replayed["estimates_sha256"], replayed["hit_rate"]) == (ran["estimates_sha256"], ran["hit_rate"])
     (there / "clip.mp4").unlink()
-    refused(call("replay", there / "run.pft"), 1, "which is not there; say with --video where it is")
+    refused(call("replay", there / "run.pft"), 1, "which does not exist; give its path with --video")
     assert ask("replay", there / "run.pft", "--video", clip)["same_as_saved"] is True
 
 
@@ -155,5 +155,5 @@ def test_compiling_is_announced(call: Call, tmp_path: Path, monkeypatch: pytest.
     for command in (("run", "sine", "--frames", 2, "--out", saved), ("replay", saved)):
         status, out, err = call(*command, "--json")
         assert (status, json.loads(out)["frames"]) == (0, 2)
-        assert "compiling what this needs, only once" in err
+        assert "compiling the code needed here (once)" in err
         assert "1 functions compiled" in err

@@ -118,7 +118,7 @@ def test_a_terminal_shows_progress_until_ctrl_c_ends_the_sweep(tmp_path: Path) -
     os.close(ours)
     error = json.loads(text)["error"]
     assert process.returncode == 1
-    assert error["message"].endswith(f"go on with pftrack sweep --resume {out}")
+    assert error["message"].endswith(f"resume with pftrack sweep --resume {out}")
     assert 0 < error["runs"] < error["of"] == 2400
     assert len(read_result(out).table) == error["runs"]
     with pytest.raises(ProcessLookupError):

@@ -53,7 +53,7 @@ def test_a_text_is_read_up_to_a_size(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^a\.txt is larger than the 0 KiB allowed$"):
         read_text(path, 1023)
     path.write_bytes(b"\xff\xfe\xfd")
-    with pytest.raises(ValueError, match=r"^a\.txt is not a text$"):
+    with pytest.raises(ValueError, match=r"^a\.txt is not a UTF-8 text file$"):
         read_text(path, 1024)
 
 

@@ -91,7 +91,7 @@ def test_a_file_that_is_not_a_recipe_is_refused(tmp_path: Path) -> None:
     [
         ({"experiment": "bal"}, r"experiment must be one of ball, .*, got 'bal'"),
         ({"preset": "best"}, "the preset of ball must be one of works"),
-        ({"recording": "/none.mp4"}, "which is not there; say as `recording` where it is"),
+        ({"recording": "/none.mp4"}, "which does not exist; give its path as `recording`"),
         ({"mark": {"kind": "box"}}, "belong to a recording"),
     ],
 )

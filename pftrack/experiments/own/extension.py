@@ -524,7 +524,7 @@ def package_of(name: str) -> dict[str, str]:
     """
     if not re.fullmatch(r"[a-z][a-z0-9-]{0,39}", name):
         raise ValueError(
-            f"an experiment is named by at most 40 small letters, digits and hyphens, a letter first; got {name!r}"
+            f"an experiment is named by at most 40 lower-case letters, digits and hyphens, a letter first; got {name!r}"
         )
     package = "pftrack_" + name.replace("-", "_")
     project, text = (
