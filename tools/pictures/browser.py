@@ -56,6 +56,7 @@ def open_page(browser: Any, address: str, size: tuple[int, int] = SIZE, *, dark:
         viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, reduced_motion="reduce", locale="en-GB"
     )
     context.add_init_script("try { localStorage.setItem('pftrack-tour', 'done') } catch {}")
+    context.set_default_timeout(180_000)  # software rendering of a scene takes its time on a loaded machine
     page = context.new_page()
     page.goto(address)
     yield page
