@@ -154,7 +154,7 @@ async def test_a_body_that_pauses_is_given_up() -> None:
     async def receive() -> Any:
         return messages.pop() if messages else await asyncio.Event().wait()
 
-    with pytest.raises(HTTPException, match="pause") as refused:
+    with pytest.raises(HTTPException, match="stalled") as refused:
         await BodyLimit(app, 100, silence_s=0.05)({"type": "http", "headers": []}, receive, sent)
     assert (refused.value.status_code, refused.value.headers) == (408, {"Connection": "close"})
     assert sent == [], "the app answers, not the limit"
@@ -236,7 +236,7 @@ async def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> No
         request.cancel()
         await asyncio.wait({request})
     assert [each.get("status") for each in sent] == [503, None, 200], "an answer that has begun is only cut off"
-    assert b"being stopped" in sent[1]["body"]
+    assert b"shutting down" in sent[1]["body"]
 
 
 OPENING = (

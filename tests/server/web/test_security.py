@@ -128,7 +128,7 @@ def test_a_form_keeps_the_rest_of_the_address(closed: Server, nobody: httpx.Clie
     page = nobody.get("/sweep/1", params=asked, headers=BROWSER)
     assert page.status_code == 401
     assert page.headers["content-type"].startswith("text/html")
-    assert "not this server" in page.text
+    assert "token is not valid" in page.text
     assert 'name="token"' in page.text
     assert "requires a token" in nobody.get("/session/new", headers=BROWSER).text
     assert '<input type="hidden" name="of" value="hit rate">' in page.text
