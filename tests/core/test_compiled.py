@@ -79,6 +79,8 @@ RELEASED = (
 
 def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callable[[str], str]) -> None:
     """It is loaded and not written to; what is damaged, or of another source, is compiled here and kept here."""
+    place = Path(__file__).parents[2] / "pftrack" / "precompiled"
+    assert call("import pftrack.core.numerics.machine as at; print(at.PRECOMPILED)") == str(place)
     write_both(tmp_path)
     released = RELEASED.format(str(tmp_path))
     assert call(CALL) == "4 1"

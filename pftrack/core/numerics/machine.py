@@ -28,7 +28,7 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-PACKAGE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[2]
 PRECOMPILED = PACKAGE / "precompiled"
 """Compiled code in a release; a checkout has none."""
 
