@@ -500,7 +500,7 @@ def _code_of(path: Path) -> bytes:
     """Return the lines of a file without blank ones, comments and docstrings."""
     lines = path.read_text(encoding="utf-8").splitlines()
     for node in ast.walk(ast.parse(path.read_bytes())) if path.suffix == ".py" else ():
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             lines[node.lineno - 1 : node.end_lineno] = [""] * len(lines[node.lineno - 1 : node.end_lineno])
     return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#")).encode()
 

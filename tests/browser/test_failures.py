@@ -111,7 +111,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
 
 
 def test_a_refused_run_is_said_and_leaves_nothing(failure: FailurePage, server: Server, complaints: Complaints) -> None:
-    """The page says that there is no room for both runs; when it is closed, the begun one ends."""
+    """The page reports that the server has no room for both runs; closing the page ends the run that began."""
     complaints.expected = ("status of 503",)
     page, begun = failure.page, list[Any]()
 

@@ -66,7 +66,7 @@ def failure_named(failure: AName) -> Entry:
         return entry(EXPERIMENTS, failure)
     except RefusedError:
         raise not_found(
-            f"There is no failure {failure[:64]!r}; it may belong to an experiment that is not installed. "
+            f"No installed experiment has a failure {failure[:64]!r}. "
             f"Name one of the {len(gallery(EXPERIMENTS))} failures by its number or name."
         ) from None
 

@@ -34,7 +34,7 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
     assert (by_number["id"], by_number["differences"]) == ("wrong-dynamics", [tracker])
     for path in ("11", "look-alike", "0/course"):
         message = error_of(client.get(f"/api/v1/failures/{path}"), 404)["message"]
-        assert "may belong to an experiment that is not installed. Name one of the 10" in message
+        assert message.endswith("Name one of the 10 failures by its number or name.")
 
 
 def test_the_course_of_a_failure_is_computed_once(client: httpx.Client, server: Server) -> None:
