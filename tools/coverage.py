@@ -29,13 +29,14 @@ from pftrack.experiments.experiment import Experiment, moves_estimates
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
 from pftrack.runs.run import Run
-from pftrack.testing.coverage import SEEDS, judge
+from pftrack.testing.coverage import judge
 
 __all__ = [
     "ASIDE",
     "DATA",
     "DRAWN",
     "PAGE",
+    "SEEDS",
     "Setting",
     "coverages",
     "draw",
@@ -55,6 +56,8 @@ BEGIN, END = "<!-- tools.coverage: from here -->", "<!-- tools.coverage: to here
 DRAWN = ROOT / "tests/data/random_coverage.jsonl"
 ASIDE = 10_000
 """The first number of the settings that are kept aside."""
+SEEDS = range(40)
+"""Seeds of the measurement that declarations rest on."""
 DRAWN_RUNS = 4
 """Runs of each setting, with seeds of its own: a target that is lost now and then is lost in few of them."""
 WIDE = 20.0

@@ -492,17 +492,8 @@ def hash_sources(study: str) -> str:
     """
     found = sha256()
     for path in list_sources(study):
-        found.update(f"{path.relative_to(ROOT).as_posix()} {sha256(_code_of(path)).hexdigest()}\n".encode())
+        found.update(f"{path.relative_to(ROOT).as_posix()} {_read_source(path)[0]}\n".encode())
     return found.hexdigest()
-
-
-def _code_of(path: Path) -> bytes:
-    """Return the lines of a file without blank ones, comments and docstrings."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    for node in ast.walk(ast.parse(path.read_bytes())) if path.suffix == ".py" else ():
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            lines[node.lineno - 1 : node.end_lineno] = [""] * len(lines[node.lineno - 1 : node.end_lineno])
-    return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#")).encode()
 
 
 def list_sources(study: str) -> list[Path]:
@@ -520,27 +511,36 @@ def list_sources(study: str) -> list[Path]:
     return sorted(seen | {each for each in data if each.parent != STUDIES or each.stem.startswith(mine)})
 
 
-@cache
 def _imports_of(path: Path, module: str) -> list[str]:
     """Return the modules that a module imports anywhere in it, and the experiments that a study names."""
-    found = []
-    for node in ast.walk(ast.parse(path.read_bytes())):
-        if isinstance(node, ast.Import):
-            found += [each.name for each in node.names]
+    _, modules, experiments = _read_source(path)
+    is_study = module.startswith("pftrack.reproduce.") and module != __name__
+    return modules + [f"pftrack.experiments.{name}.experiment" for name in experiments if is_study]
+
+
+@cache
+def _read_source(path: Path) -> tuple[str, list[str], list[str]]:
+    """Return the SHA-256 of a file's code, the modules that it imports, and the experiments that it names.
+
+    Blank lines, comments and docstrings are not code.
+    """
+    lines, modules, experiments = path.read_text(encoding="utf-8").splitlines(), list[str](), list[str]()
+    for node in ast.walk(ast.parse(path.read_bytes())) if path.suffix == ".py" else ():
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            lines[node.lineno - 1 : node.end_lineno] = [""] * len(lines[node.lineno - 1 : node.end_lineno])
+        elif isinstance(node, ast.Import):
+            modules += [each.name for each in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            found += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
-        elif module.startswith("pftrack.reproduce.") and module != __name__:
-            found += [f"pftrack.experiments.{name}.experiment" for name in _experiments_in(node)]
-    return found
+            modules += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in EXPERIMENTS.own:
+            experiments.append(node.value)
+        elif isinstance(node, ast.Name) and node.id == "EXPERIMENTS":
+            experiments += EXPERIMENTS.own
+    code = "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#"))
+    return sha256(code.encode()).hexdigest(), modules, experiments
 
 
-def _experiments_in(node: ast.AST) -> Iterator[str]:
-    if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in EXPERIMENTS.own:
-        yield node.value
-    elif isinstance(node, ast.Name) and node.id == "EXPERIMENTS":
-        yield from EXPERIMENTS.own
-
-
+@cache
 def _path_of(module: str) -> Path | None:
     """Return the file of a module of pftrack; None if there is none of that name."""
     if module.partition(".")[0] != "pftrack":

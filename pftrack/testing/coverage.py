@@ -6,8 +6,8 @@ seeds; else too wide if any is. What is neither is unclear. A declaration (`pftr
 say otherwise; a band without any is not calibrated.
 
 The quick check uses the first frames of a few runs of the default scene, where trackers still know how they began. It
-finds gross errors of bands that are declared right. The thorough one has `SEEDS` seeds, and the presets of the
-calibration as well.
+finds gross errors of bands that are declared right. The thorough one has `SEEDS`, and the presets of the calibration as
+well.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,8 +33,8 @@ from pftrack.testing.numbers import UNKNOWN
 LIMITS: Mapping[float, tuple[float, float]] = {HALF: (0.45, 0.55), MOST: (0.92, 0.98), ALL: (1.0, 1.0)}
 """The least and the greatest share of the reports that is accepted for a band."""
 
-SEEDS = range(40)
-"""Number of seeds of the thorough check."""
+SEEDS = range(40, 50)
+"""Seeds of the thorough check; the declarations of pftrack's own experiments rest on others (`tools/coverage.py`)."""
 
 FEW = range(3)
 SLACK = 0.25
@@ -45,7 +45,7 @@ SURELY = 3.0
 
 
 def thorough_checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield checks over forty seeds of the default scene, and of the presets that the calibration names."""
+    """Yield checks over ten other seeds of the default scene, and of the presets that the calibration names."""
     for tracker in experiment.trackers:
         for preset in ("", *experiment.quality.calibration.presets):
             name = f"bands of many runs hold the truth as often as they say ({tracker}, {preset or 'default'})"

@@ -22,7 +22,7 @@ AT_MOST_S = 60
 """Results that take longer in full are not among those that a test computes again."""
 
 
-@pytest.mark.parametrize("name", blocks(ENTRIES))
+@pytest.mark.parametrize("name", ["run", "counts", "differences", "missing"])
 def test_the_page_is_written_from_the_record(name: str) -> None:
     """Each generated table of the page is the one that the record gives; `python -m tools.reproduction` writes them."""
     found = re.search(rf"<!-- reproduction {name} -->\n(.*?)\n<!-- end -->", PAGE_TEXT, re.DOTALL)

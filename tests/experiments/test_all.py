@@ -17,7 +17,7 @@ ALIKE = {
 def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
     """Return the mark of a slow check.
 
-    Bands of many runs have forty seeds. `tests/test_same_bits.py` holds that another process gives the same numbers for
+    Bands of many runs have ten seeds. `tests/test_same_bits.py` holds that another process gives the same numbers for
     every tracker, so only one experiment is checked for it here.
     """
     elsewhere = check.name == "another process gives the same numbers" and name != "sine"

@@ -93,13 +93,13 @@ def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: p
     A module beside them does not count, nor do docstrings and comments.
     """
     monkeypatch.setattr(finding, "ROOT", tmp_path)
-    folder = tmp_path / "pftrack"
-    folder.mkdir()
+    (folder := tmp_path / "pftrack").mkdir()
     texts = {"study": "from pftrack import middle", "middle": "import pftrack.below", "below": "", "beside": ""}
     hashes = []
     for changed in ({}, {"beside": "ANYTHING = 1", "below": '"""New."""\n\n# words\n'}, {"below": "ANYTHING = 1"}):
         for name, text in {**texts, **changed}.items():
             (folder / f"{name}.py").write_text(text, encoding="utf-8")
-        finding.hash_sources.cache_clear()
+        for kept in (finding.hash_sources, finding._read_source, finding._path_of):
+            kept.cache_clear()
         hashes.append(finding.hash_sources("pftrack.study"))
     assert hashes[0] == hashes[1] != hashes[2]

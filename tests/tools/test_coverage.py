@@ -5,9 +5,9 @@ import json
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.testing.coverage import SEEDS, declared_of, find_contradictions, judge
+from pftrack.testing.coverage import declared_of, find_contradictions, judge
 from tools import coverage
-from tools.coverage import DATA, PAGE, Setting, coverages, measured_settings, page
+from tools.coverage import DATA, PAGE, SEEDS, Setting, coverages, measured_settings, page
 
 STORED = json.loads(DATA.read_text())
 MEASURED = coverages(STORED)
