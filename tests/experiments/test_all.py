@@ -17,12 +17,13 @@ ALIKE = {
 def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
     """Return the mark of a slow check.
 
-    Bands of many runs have ten seeds. `tests/test_same_bits.py` holds that another process gives the same numbers for
-    every tracker, so only one experiment is checked for it here.
+    Bands need several runs of each tracker; `tests/tools/test_coverage.py` compares what was measured of them with what
+    is declared. `tests/test_same_bits.py` holds that another process gives the same numbers for every tracker, so only
+    one experiment is checked for it here.
     """
     elsewhere = check.name == "another process gives the same numbers" and name != "sine"
     alike = check.name.endswith(tuple(f"({tracker})" for tracker in ALIKE.get(name, [])))
-    return (pytest.mark.slow,) if elsewhere or alike or check.name.startswith("bands of many runs") else ()
+    return (pytest.mark.slow,) if elsewhere or alike or check.name.startswith("bands ") else ()
 
 
 CHECKS = [
