@@ -9,15 +9,11 @@ ENTRIES = read_record(RECORD)
 
 
 def test_the_pages_have_the_figures_of_the_record() -> None:
-    """`python -m tools.loss_probability table` writes the tables.
-
-    Both pages with these figures also give those of clips that were not fitted.
-    """
+    """`python -m tools.loss_probability table` writes the tables; both pages say that recordings are another matter."""
     text = PAGE.read_text("utf-8")
     assert text == page(text, ENTRIES)
     for each in (PAGE, PAGE.parents[1] / "how-to" / "why.md"):
-        words = " ".join(each.read_text("utf-8").split())
-        assert [figure for figure in ("not calibrated", "0.25", "0.155", "0.134") if figure not in words] == []
+        assert "not calibrated" in " ".join(each.read_text("utf-8").split())
 
 
 def test_every_declared_probability_is_calibrated() -> None:
