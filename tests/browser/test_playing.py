@@ -15,10 +15,11 @@ FRAMES = 2
 """Which at least are seen in these moments, so that it plays."""
 
 # Keeps the sockets of the page, and has what comes over them wait its turn where the line is slow: so many bytes a ms.
+# Each timer delivers what has waited longest: two that are due in the same millisecond may go off in either order.
 SOCKETS = """(() => {
     window.sockets = new Set();
     window.line = { bytesPerMs: Infinity };
-    let free = 0;
+    let [free, waiting] = [0, []];
     window.WebSocket = class extends WebSocket {
         constructor(...given) {
             super(...given);
@@ -28,8 +29,8 @@ SOCKETS = """(() => {
             const late = (event) => {
                 const now = performance.now();
                 free = Math.max(free, now) + (event.data.length ?? event.data.byteLength) / line.bytesPerMs;
-                if (free > now) setTimeout(() => listener(event), free - now);
-                else listener(event);
+                waiting.push(() => listener(event));
+                setTimeout(() => waiting.shift()(), free - now);
             };
             super.addEventListener(kind, kind === 'message' ? late : listener, ...more);
         }
