@@ -24,6 +24,8 @@ from pftrack_server.viewer.shapes import Stance
 
 LAYER_GAP_PX = 0.05
 """Height step between primitives, so that those painted later lie on top."""
+AMBIENT_LIGHT = 2.0
+"""With it, colours are as bright as in the light of viser's environment map."""
 LINE_SCALE = 1.6
 """Screen pixels per unit of line width: a picture is usually shown at about twice its size."""
 POINT_SIZE = 0.5
@@ -152,8 +154,6 @@ def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: mod
             batched_colors=item.colours,
             opacity=item.opacity,
             lod="off",
-            cast_shadow=False,
-            receive_shadow=False,
         )
         return
     node.handle.batched_positions = placed.centres
@@ -174,8 +174,6 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: model.Mes
             opacity=item.opacity,
             # The far side of a translucent solid would show as stains.
             side="front",
-            cast_shadow=False,
-            receive_shadow=False,
         )
         return
     before = node.source
@@ -250,6 +248,9 @@ class Scene:
         server.scene.set_up_direction("+y")
         server.scene.world_axes.visible = False
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
+        # Light from everywhere shows colours as evenly as viser's environment map, which takes software rendering 7 s.
+        server.scene.configure_environment_map(None)
+        server.scene.add_light_ambient("/light", intensity=AMBIENT_LIGHT)
 
     def set_layer(self, layer: str, *, shown: bool) -> None:
         """Show or hide a layer from the next drawing on."""
