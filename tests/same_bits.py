@@ -1,7 +1,5 @@
 """The numbers of every tracker of every experiment, as hashes; `python tests/same_bits.py` prints them.
 
-With the argument `defaults` it leaves out all but the default trackers with their defaults.
-
 `tests/data/same_bits.json` holds what this printed. It is made again only when numbers are meant to change or a
 tracker is added, and the changelog reports a change:
 
@@ -68,19 +66,18 @@ def digest(experiment: Experiment, tracker: str, values: dict[str, Value]) -> st
     return seen.hexdigest()[:16]
 
 
-def hashes(*, defaults_only: bool = False) -> dict[str, str]:
-    """The hash of every case of the project's own experiments, or of the default tracker of each."""
+def hashes() -> dict[str, str]:
+    """The hash of every case of the project's own experiments."""
     return {
         " ".join([name, tracker, *(f"{key}={value}" for key, value in values.items())]): digest(
             EXPERIMENTS[name], tracker, values
         )
         for name in EXPERIMENTS.own
         for tracker, values in cases(EXPERIMENTS[name])
-        if not (defaults_only and (values or tracker != EXPERIMENTS[name].default_tracker))
     }
 
 
 if __name__ == "__main__":
     assert pftrack.__version__
-    json.dump(hashes(defaults_only="defaults" in sys.argv[1:]), sys.stdout, indent=1)
+    json.dump(hashes(), sys.stdout, indent=1)
     sys.stdout.write("\n")

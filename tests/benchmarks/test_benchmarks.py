@@ -20,10 +20,7 @@ __all__ = ["fork_server", "shared_fork_server"]
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
 OF_SERVERS = ["follow", "lessons", "memory", "session", "sight", "slider", "start"]
-"""They start a server, and most of them a browser."""
-
-QUICK = ["follow", "lessons"]
-"""The others start further servers or sweeps, or draw scenes in software for many seconds of processor time."""
+"""They start a server, and most of them a browser, which takes many seconds of processor time."""
 
 
 @pytest.fixture
@@ -61,20 +58,13 @@ def test_benchmark_of_the_library(
     check(json.loads(capsys.readouterr().out))
 
 
-@pytest.mark.timeout(240)
-@pytest.mark.parametrize(
-    "names",
-    [
-        pytest.param(QUICK, id="quick"),
-        pytest.param([name for name in OF_SERVERS if name not in QUICK], id="long", marks=pytest.mark.slow),
-    ],
-)
-def test_benchmarks_of_a_server(names: list[str], compiled: None) -> None:
+@pytest.mark.slow
+def test_benchmarks_of_a_server(compiled: None) -> None:
     """Their smallest forms find the parts of the pages that they measure."""
-    command = [sys.executable, "-m", "tests.benchmarks.together", *names]
+    command = [sys.executable, "-m", "tests.benchmarks.together", *OF_SERVERS]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     results = json.loads(done.stdout)
-    assert list(results) == names
+    assert list(results) == OF_SERVERS
     for result in results.values():
         check(result)

@@ -97,6 +97,14 @@ CHOSEN = """if (location.origin !== 'null') {{
 }}"""
 
 
+# A page that shows a loss has the server try changes for as long as the loss is shown, which takes a whole processor.
+UNEXPLORED = """(() => {
+    const ask = window.fetch;
+    window.fetch = (what, ...more) =>
+        String(what.url ?? what).endsWith('/explorations') ? new Promise(() => {}) : ask(what, ...more);
+})();"""
+
+
 @pytest.fixture(scope="session")
 def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
     """The browser of a returning visitor of a server: the pages' files are in its cache."""
@@ -135,9 +143,14 @@ def unchosen(contexts: Callable[[Server], Any], server: Server, complaints: Comp
 
 @pytest.fixture
 def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
-    """A fresh page with the flat view chosen, or the 3-D scene where the test is marked with `scene`."""
+    """A fresh page with the flat view chosen, or the 3-D scene where the test is marked with `scene`.
+
+    What a page begins by itself to explore is left alone, but where the test is marked with `explores`.
+    """
     view = "scene" if request.node.get_closest_marker("scene") else "flat"
     unchosen.add_init_script(CHOSEN.format(view))
+    if not request.node.get_closest_marker("explores"):
+        unchosen.add_init_script(UNEXPLORED)
     return unchosen
 
 

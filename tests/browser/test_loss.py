@@ -5,6 +5,7 @@ import re
 from typing import Any
 
 import httpx
+import pytest
 from playwright.sync_api import Locator, Page, Route, expect
 
 from pftrack.analysis.alternatives import BASELINE, Alternative
@@ -19,6 +20,7 @@ from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.making import encoded
 
+pytestmark = pytest.mark.explores
 expect.set_options(timeout=60_000)
 LOST = {"parameters": {"occlusion_width_px": 100}, "seed": 0}
 PILLAR, MANY = "occlusion_width_px", "sample_count"
