@@ -52,6 +52,7 @@ FLAGS = [
     "--ignore-certificate-errors",
     "--use-fake-device-for-media-stream",  # a camera, which every page that may ask is given
     "--use-fake-ui-for-media-stream",
+    "--js-flags=--single-threaded",  # what optimises pages that live a second takes more than it saves
     "--renderer-process-limit=1",  # a page of a site that is open already needs no new process
 ]
 

@@ -17,6 +17,8 @@ from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]
 
+pytestmark = pytest.mark.slow  # nothing of the product depends on them
+
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
 OF_SERVERS = ["follow", "lessons", "memory", "session", "sight", "slider", "start"]
@@ -58,7 +60,6 @@ def test_benchmark_of_the_library(
     check(json.loads(capsys.readouterr().out))
 
 
-@pytest.mark.slow
 def test_benchmarks_of_a_server(compiled: None) -> None:
     """Their smallest forms find the parts of the pages that they measure."""
     command = [sys.executable, "-m", "tests.benchmarks.together", *OF_SERVERS]

@@ -1,4 +1,4 @@
-"""Every result is computed once in its smallest form by two processes, so that none of them breaks unnoticed."""
+"""Every result is computed once in its smallest form by another process, so that none of them breaks unnoticed."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -46,25 +46,25 @@ class FirstPieces(Pool):
 
 
 class Kept(BlockingPool):
-    """Two processes that outlive the pools that they compute for: each loads an experiment once."""
+    """A process that outlives the pools that it computes for: it loads an experiment once."""
 
     def close(self) -> None:
         """Stay."""
 
 
 @pytest.fixture(scope="module")
-def processes(fork_server: ForkServer) -> Iterator[Kept]:
+def process(fork_server: ForkServer) -> Iterator[Kept]:
     """What computes the pieces of all results."""
-    kept = Kept(fork_server, processes=2, budget=UNLIMITED, prepare=work.one_thread)
+    kept = Kept(fork_server, processes=1, budget=UNLIMITED, prepare=work.one_thread)
     yield kept
     BlockingPool.close(kept)
 
 
 @pytest.fixture(autouse=True)
-def short(processes: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+def short(process: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of the ball has two frames, the head has few, and the maps have few cells."""
     plans = ball.plans
-    monkeypatch.setattr(work, "open_pool", lambda _: processes)
+    monkeypatch.setattr(work, "open_pool", lambda _: process)
     monkeypatch.setattr(ball, "FRAMES", 2)
     monkeypatch.setattr(head.VideoTrials.__init__, "__defaults__", (shortened.HEAD_FRAMES,))
     monkeypatch.setattr(ball, "plans", lambda _full: plans(full=False))
@@ -74,8 +74,8 @@ def short(processes: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", RESULTS)
-def test_every_result_runs_in_two_processes(name: str) -> None:
-    """What is computed goes to other processes and comes back, in the full form where there is no quick one."""
+def test_every_result_runs_in_another_process(name: str) -> None:
+    """What is computed goes to another process and comes back, in the full form where there is no quick one."""
     with FirstPieces(2) as pool:
         findings = RESULTS[name].compute(pool, False)
         if [one.verdict for one in findings] == ["not run"]:

@@ -12,6 +12,7 @@ LIKE = 6.0
 """Largest mean distance of the coarse pictures' grey levels: packing costs at most 2, another scene more than 10."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPERIMENTS.own)
 def test_a_thumbnail_shows_the_scene_as_it_is_today(name: str) -> None:
     """What is drawn anew looks alike from afar; if not, `python -m tools.thumbnails` draws them again."""
