@@ -1,4 +1,4 @@
-"""Every result is computed once in its smallest form by another process, so that none of them breaks unnoticed."""
+"""Another process computes every result once in its smallest form, so that none breaks unnoticed."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -75,7 +75,7 @@ def short(process: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_every_result_runs_in_another_process(name: str) -> None:
-    """What is computed goes to another process and comes back, in the full form where there is no quick one."""
+    """Another process computes it, in its full form if it has no quick one."""
     with FirstPieces(2) as pool:
         findings = RESULTS[name].compute(pool, False)
         if [one.verdict for one in findings] == ["not run"]:

@@ -127,6 +127,7 @@ def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, op
     until(scene, f"plane()?.material.map.image.width === 320 && {PARTICLES} === 800")
     session.show(drawing(1, 123), 1)
     until(scene, f"{PARTICLES} === 123")
+    assert scene.evaluate("!window.__viserMutable.scene.environment"), "software takes seconds to filter one"
     assert scene.evaluate("document.documentElement.dataset.mantineColorScheme") == "dark"
     assert scene.locator(".tabler-icon-adjustments:visible, .tabler-icon-share:visible").count() == 0
     assert scene.locator("[title='About Viser']").count() == 0

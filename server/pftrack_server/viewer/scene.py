@@ -25,7 +25,7 @@ from pftrack_server.viewer.shapes import Stance
 LAYER_GAP_PX = 0.05
 """Height step between primitives, so that those painted later lie on top."""
 AMBIENT_LIGHT = 2.0
-"""With it, colours are as bright as in the light of viser's environment map."""
+"""Intensity with which colours are about as bright as under viser's environment map."""
 LINE_SCALE = 1.6
 """Screen pixels per unit of line width: a picture is usually shown at about twice its size."""
 POINT_SIZE = 0.5
@@ -248,7 +248,7 @@ class Scene:
         server.scene.set_up_direction("+y")
         server.scene.world_axes.visible = False
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
-        # Light from everywhere shows colours as evenly as viser's environment map, which takes software rendering 7 s.
+        # Software rendering takes seconds to filter viser's environment map.
         server.scene.configure_environment_map(None)
         server.scene.add_light_ambient("/light", intensity=AMBIENT_LIGHT)
 
